@@ -140,7 +140,7 @@ class Slurm:
 
 
 def swept(folder: Path, slurm: Slurm, cores: int) -> None:
-    """Sweep a design here and on SLURM, where batches lack memory and one is killed. Raises `SystemExit`: they differ."""
+    """Sweep a design here and on SLURM, where batches lack memory, and one is killed. `SystemExit`: they differ."""
     rows = {"motor_rpm": np.linspace(100, 210, 24), "ring_radius": np.resize([0.308, 0.31, 0.312], 24)}
     scene = {"preset": "fast", "ramp": 0.1, "lead_in": 0, "duration": 4}
     pd.DataFrame(rows).assign(**scene).to_csv(folder / "design.csv", index=False)
@@ -168,11 +168,14 @@ def swept(folder: Path, slurm: Slurm, cores: int) -> None:
             sys.exit("the sweep on SLURM failed")
     finally:
         driver.kill()
-    jobs = slurm.jobs("batch", "all")
-    ends = {state: sorted({memory for _, other, memory in jobs if other == state}) for _, state, _ in jobs}
-    print(f"batches ended so, with MB of memory: {ends}")
-    if ends.get("OUT_OF_MEMORY") != [LITTLE] or "CANCELLED" not in ends or min(ends.get("COMPLETED", [0])) <= LITTLE:
-        sys.exit("no batch ran out of memory, was killed and tried again with more")
+    # without control groups SLURM says why a job failed in its log alone
+    log, ends = (slurm.folder / "slurmd.log").read_text(encoding="utf-8"), {}
+    for job, state, memory in slurm.jobs("batch", "all"):
+        state = "OUT_OF_MEMORY" if f"StepId={job}.batch exceeded memory limit" in log else state
+        ends.setdefault(state, set()).add(memory)
+    print(f"batches ended so, with MB of memory: {ends}", flush=True)
+    if ends.keys() != {"OUT_OF_MEMORY", "CANCELLED", "COMPLETED"} or ends["OUT_OF_MEMORY"] != {LITTLE}:
+        sys.exit("no batch ran out of memory, or none was killed, and tried again with more")
     if (folder / "here.csv").read_bytes() != (folder / "there.csv").read_bytes():
         sys.exit("the sweeps differ")
     print("sweep: the same bytes", flush=True)
@@ -203,8 +206,8 @@ def main() -> None:
         sys.exit(f"needs {', '.join(lacking) or 'root'}; on Debian: apt-get install slurm-wlm munge")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the daemons end with it
     cores, folder = len(os.sched_getaffinity(0)), Path(tempfile.mkdtemp(prefix="trackdyn-cluster-"))
-    print(f"{folder}; SLURM {subprocess.check_output(['sbatch', '--version'], text=True).split()[-1]}", flush=True)
     with Slurm(folder / "slurm", cores) as slurm:
+        print(f"{folder}: {slurm.out('sbatch', '--version').strip()}", flush=True)
         swept(folder, slurm, cores)
         replicated(folder, slurm)
     shutil.rmtree(folder, ignore_errors=True)

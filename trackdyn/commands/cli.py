@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from errno import ENOENT
 from importlib.metadata import entry_points
 from inspect import unwrap
 from typing import Annotated, Any
@@ -104,9 +105,15 @@ def main() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         path = error.filename or "standard output"
         sentence = f"{path}: {error.strerror}; give a path that can be written"
+        if error.filename is None and error.errno == ENOENT:
+            sentence = "the present folder does not exist any more; change to another one"
     except Exception as error:
-        if not hasattr(error, "format_message"):  # typer's own, whichever module it stands in
+        threads = os.environ.get("NUMBA_NUM_THREADS", "1")
+        if hasattr(error, "format_message"):  # typer's own, whichever module it stands in
+            sentence = _sentence(error)
+        elif isinstance(error, ValueError) and not threads.strip("0").isdecimal():  # of numba, when it is imported
+            sentence = f"NUMBA_NUM_THREADS = {threads!r}: must be a whole number above 0; set it so, or unset it"
+        else:
             raise
-        sentence = _sentence(error)
     print(f"trackdyn: {sentence}", file=sys.stderr)
     sys.exit(1)

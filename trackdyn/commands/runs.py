@@ -86,15 +86,16 @@ def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
     if not quiet:
         printed.decisions(scene)
     recording = run(scene, progress=not quiet)
-    if not quiet:
-        from trackdyn.measure.metrics import shown_measures
-
-        measures = shown_measures(recording)  # before it is written: what has no measures leaves no file
-    recording.save(out)
+    recording.save(out)  # before measures, which a short run may not have
     printed.tension(scene, recording, quiet)
     printed.remarks(recording, recording.resolution.reason)
     if not quiet:
-        printed.measures(recording, measures)
+        from trackdyn.measure.metrics import shown_measures
+
+        if len(recording.time) > 1:
+            printed.measures(recording, shown_measures(recording))
+        else:
+            printed.warn(f"{out} has one sample, and no measures")
 
 
 def _plan(scene, measure: list[str] | None, tolerance: float, longest: float, preset: str | None, fields: dict):

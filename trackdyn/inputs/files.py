@@ -56,13 +56,21 @@ def _part(target: Path) -> Path:
     return target.with_name(f".{target.stem}.{MACHINE}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
 
 
+def is_gone(process: int) -> bool:
+    """Return whether a process of this machine has ended, also one that nobody has waited for."""
+    from psutil import STATUS_ZOMBIE, NoSuchProcess, Process
+
+    try:
+        return Process(process).status() == STATUS_ZOMBIE
+    except NoSuchProcess:
+        return True
+
+
 def remove_abandoned(folder: Path | str) -> None:
     """Remove what `replacing` began below a folder in processes of this machine that are gone, and nothing else."""
-    from psutil import pid_exists
-
     for path in Path(folder).rglob(".*.trackdyn-part*"):
         match = _PART_FILE.fullmatch(path.name)
-        if match and not pid_exists(int(match[1])):
+        if match and is_gone(int(match[1])):
             with suppress(OSError):
                 path.unlink()
 

@@ -11,7 +11,19 @@ from numbers import Real
 from pathlib import Path
 from sys import float_info
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    NoReturn,
+    Self,
+    TypeVar,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSerializer, ValidationError, WrapValidator
@@ -37,6 +49,37 @@ class _Sentences(ModelMetaclass):
             return super().__call__(*args, **fields)
         except ValidationError as error:
             raise InputError(sentence(cls.__name__.lower(), _first(error.errors()), "add it")) from None
+        except TypeError as error:
+            try:
+                signature(cls.__init__).bind(None, *args, **fields)
+            except TypeError as misfit:
+                raise InputError(f"{cls.__name__.lower()}: {misfit}") from None
+            raise error
+
+
+def _refuse_change(owner: Any, name: str) -> NoReturn:
+    """Say what returns another object. Raises `InputError`."""
+    remedy = {"Rig": "rig.changed(...)", "Scene": "scene.with_(...)"}.get(
+        type(owner).__name__, "model_copy(update=...)"
+    )
+    raise InputError(f"{type(owner).__name__.lower()}: {name} cannot be changed; {remedy} returns another one")
+
+
+class FrozenDict(dict):
+    """A dictionary of a frozen object, which nobody can change: `InputError`."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise InputError(
+            "this dictionary belongs to an object that cannot be changed; rig.changed(...) returns another"
+        )
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple:
+        return type(self), (dict(self),)
 
 
 class Section(BaseModel, metaclass=_Sentences):
@@ -46,6 +89,22 @@ class Section(BaseModel, metaclass=_Sentences):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in type(self).model_fields:
+            _refuse_change(self, name)
+        super().__setattr__(name, value)
+
+    def __delattr__(self, name: str) -> None:
+        if name in type(self).model_fields:
+            _refuse_change(self, name)
+        super().__delattr__(name)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values of some fields, validated; `InputError` as for a new object."""
+        if not update:
+            return super().model_copy(deep=deep)
+        return type(self)(**{name: getattr(self, name) for name in self.model_fields_set} | dict(update))
 
     def __eq__(self, other: Any) -> bool:
         """Whether all fields are equal; what was worked out from them and kept, mostly arrays, is not asked."""

@@ -48,6 +48,11 @@ class Groove:
     addendum: float  # radius r_a of the addendum circle, m
     teeth: int  # number of grooves
 
+    def __post_init__(self) -> None:
+        """Let nobody write into arrays that all scenes of a rig are made from."""
+        for array in (self.centre, self.radius, self.direction, self.half_angle, self.convex):
+            array.setflags(write=False)
+
     @property
     def as_table_1(self) -> bool:
         """Whether its areas are convex and concave as those of Table 1."""

@@ -8,7 +8,7 @@ from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.quantities import (
@@ -21,7 +21,7 @@ from trackdyn.inputs.quantities import (
     outside_range,
     possible_fields,
 )
-from trackdyn.inputs.validation import Section, shown, typed, validated
+from trackdyn.inputs.validation import FrozenDict, Section, shown, typed, validated
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig import sections
 from trackdyn.rig.arcs import ToothProfile
@@ -52,17 +52,19 @@ class Rig(Section):
     sprocket: sections.Sprocket
     groove: sections.GrooveParameters | None = None
     profile: ToothProfile | None = None
-    wheels: dict[str, Wheel] = Field(default_factory=dict)
+    wheels: Annotated[dict[str, Wheel], AfterValidator(FrozenDict)] = Field(default_factory=FrozenDict)
     drag: Annotated[sections.Drag, Quantity("name")] = "rolling"
     tension: sections.Tension
     steel: sections.Steel
     tooth_contact: Surface
     ring_contact: Surface
     wheel_contact: Surface
-    surfaces: dict[str, Surface] = Field(default_factory=dict)
+    surfaces: Annotated[dict[str, Surface], AfterValidator(FrozenDict)] = Field(default_factory=FrozenDict)
     guide: sections.Guide
     impact: sections.ImpactParameters
-    sensors: dict[str, sections.SensorParameters] = Field(default_factory=dict)
+    sensors: Annotated[dict[str, sections.SensorParameters], AfterValidator(FrozenDict)] = Field(
+        default_factory=FrozenDict
+    )
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
     def __repr__(self) -> str:
@@ -230,7 +232,8 @@ class Rig(Section):
         """Ring radii of equal pitch (m) by their four readings (`groove.equal_pitch_radii`)."""
         single = self.chain.kind == "single_pin"
         link = self.single_pin_pitch if single else self.chain.link_length
-        return equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
+        radii = equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
+        return FrozenDict(radii)
 
     @cached_property
     def groove_profile(self) -> Groove:
@@ -255,7 +258,7 @@ class Rig(Section):
     @cached_property
     def fields(self) -> dict[str, FieldValue]:
         """Fields by their dotted names; a wheel, a surface or a sensor is a section by its name."""
-        return {name: field for name, field in fields_of(self) if field.unit is not None}
+        return FrozenDict({name: field for name, field in fields_of(self) if field.unit is not None})
 
     @classmethod
     def may_have(cls, name: str) -> bool:

@@ -24,7 +24,7 @@ OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them descri
 # sections that stand for a wheel or a sensor of that name, by the group that has it
 MEMBERS = {"idler": "wheels", "road_wheel": "wheels", "sensor": "sensors"}
 GROUPS = ("wheels", "sensors")
-QUANTITY = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
+QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # fields of a wheel that a law of drag reads
 DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
@@ -82,7 +82,7 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
             raise InputError(f"{path}: must hold sections, a mapping of names to values")
         files.append((path, data))
         if (like := data.get("like")) is not None:
-            if not isinstance(like, str) or not 0 < len(like) < 256:
+            if not isinstance(like, str) or not 0 < len(like) < 256 or "\0" in like:
                 raise InputError(f"{path}: like = {shown(like)}: must be the name of an included rig or of a file")
             named = Path(path.parent / like if isfile(path.parent / like) else rig_path(like))
             if realpath(named) in [realpath(other) for other, _ in files]:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import Positive, Section, plain_count, plain_number, shown
+from trackdyn.inputs.validation import FrozenDict, Positive, Section, plain_count, plain_number, shown
 from trackdyn.model.constants import Model
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
@@ -162,6 +162,8 @@ class Scene(Choices):
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
+            if self.pitches.count(pitch) > 1:
+                self._refuse("pitches", f"holds {pitch} twice; leave one of them out")
 
     @cached_property
     def sensors(self) -> dict[str, SensorParameters]:
@@ -169,7 +171,8 @@ class Scene(Choices):
         own = self.rig.sensors
         first = next(iter(own.values()))
         pitches = range(1, self.rig.chain.pitches + 1) if self.every_link else ()
-        return own | {f"{first.body} {pitch}": first.model_copy(update={"pitch": pitch}) for pitch in pitches}
+        of_links = {f"{first.body} {pitch}": first.model_copy(update={"pitch": pitch}) for pitch in pitches}
+        return FrozenDict(own | of_links)
 
     @property
     def recorded_pitches(self) -> tuple[int, ...]:
@@ -184,7 +187,7 @@ class Scene(Choices):
     @cached_property
     def fidelity(self) -> dict[str, Decision]:
         """Setting and reason of every choice."""
-        return decide(self)
+        return FrozenDict(decide(self))
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:

@@ -55,6 +55,14 @@ class Recording(Samples):
     #: Computing time of the record, s; not written to the file, so that the same scene gives the same bytes.
     wall: float = field(default=float("nan"), compare=False)
 
+    def __post_init__(self) -> None:
+        """Let nobody write into the arrays: measures of one recording are those of its run."""
+        for name in self.ARRAYS:
+            if isinstance(array := getattr(self, name), np.ndarray):
+                own = array.view()  # the loop may go on in the array itself
+                own.setflags(write=False)
+                object.__setattr__(self, name, own)
+
     def __repr__(self) -> str:
         """Two lines: what was recorded, of which scene."""
         state = self.resolution.state

@@ -28,7 +28,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from tqdm import tqdm
 
 from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
-from trackdyn.inputs.files import MACHINE, broken_off, marked, read_bytes, remove_abandoned, replacing
+from trackdyn.inputs.files import MACHINE, broken_off, is_gone, marked, read_bytes, remove_abandoned, replacing
 from trackdyn.inputs.validation import shown
 from trackdyn.jit import COMPILER
 from trackdyn.sources import edited, module_files, module_hash
@@ -93,12 +93,10 @@ class Store:
 
     def abandoned(self) -> set[str]:
         """Remove the marks of rows that processes of this machine left when they were killed; return their keys."""
-        from psutil import pid_exists
-
         keys = set()
         for mark in self.folder.glob(".*.trackdyn-row"):
             match = MARK.fullmatch(mark.name)
-            if match and not pid_exists(int(match[2])):
+            if match and is_gone(int(match[2])):
                 mark.unlink(missing_ok=True)
                 keys.add(match[1])
         return keys

@@ -1,0 +1,95 @@
+"""What is frozen stays as it is: recordings, rigs, scenes."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from tests.conftest import refused
+from trackdyn.inputs.errors import InputError
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.recording import load_recording
+
+FROZEN = "cannot be changed"
+
+
+@pytest.fixture(params=["made", "loaded", "one sensor", "replaced"])
+def recording(request, rig, belt_file):
+    loaded = load_recording(belt_file)
+    return {
+        "made": lambda: copy.copy(loaded), "loaded": lambda: loaded, "one sensor": lambda: loaded.with_sensor(0),
+        "replaced": lambda: copy.replace(loaded) if hasattr(copy, "replace") else loaded,
+    }[request.param]()  # fmt: skip
+
+
+def test_recorded_arrays_are_read_only(recording):
+    arrays = [array for name in recording.ARRAYS if isinstance(array := getattr(recording, name), np.ndarray)]
+    assert len(arrays) > 8 and not [array for array in arrays if array.flags.writeable]
+    with pytest.raises(ValueError, match="read-only"):
+        recording.mean[:] = 0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda wheels: wheels.update(idler=1), lambda wheels: wheels.__setitem__("idler", 1),
+        lambda wheels: wheels.clear(),
+        lambda wheels: wheels.pop("idler"), lambda wheels: wheels.popitem(), lambda wheels: wheels.setdefault("x", 1),
+        lambda wheels: wheels.__delitem__("idler"), lambda wheels: wheels.__ior__({"x": 1}),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("name", ["wheels", "surfaces", "sensors", "fields", "equal_pitch_radii"])
+def test_a_dictionary_of_a_rig_is_no_way_to_change_it(rig, name, change):
+    before = rig.model_dump_json()
+    refused(change, getattr(rig, name), words=[FROZEN])
+    assert rig.model_dump_json() == before
+
+
+def test_arrays_and_dictionaries_of_rigs_and_scenes_are_frozen(rig):
+    scene = Scene(rig, 115.0)
+    for array in (rig.groove_profile.radius, rig.groove_profile.centre):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0
+    for held in (scene.sensors, scene.fidelity, scene.rig.wheels):
+        refused(held.clear, words=[FROZEN])
+
+
+@pytest.mark.parametrize("name", ["paper", "bench"])
+def test_a_frozen_rig_is_copied_compared_and_hashed(name):
+    rig = load_rig(name)
+    for twin in (
+        pickle.loads(pickle.dumps(rig)),
+        copy.deepcopy(rig),
+        Rig.model_validate(rig.model_dump()),
+        load_rig(name),
+    ):
+        assert twin == rig and hash(twin) == hash(rig) and type(twin.wheels) is type(rig.wheels)
+    assert hash(Scene(rig, 115.0)) == hash(Scene(load_rig(name), 115)) != hash(Scene(rig, 116.0))
+    assert {Scene(rig, 115.0): 1}[Scene(load_rig(name), 115.0)] == 1
+
+
+def test_an_assignment_is_refused_in_one_sentence_that_names_what_to_do(rig):
+    scene = Scene(rig, 115.0)
+    for call, words in (
+        (lambda: setattr(rig, "gravity", 1.0), ["rig: gravity cannot be changed; rig.changed(...)"]),
+        (lambda: setattr(scene, "motor_rpm", 1.0), ["scene: motor_rpm cannot be changed; scene.with_(...)"]),
+        (lambda: delattr(rig.chain, "pitches"), ["pitches cannot be changed"]),
+        (lambda: rig.model_copy(update={"gravity": -9.81}), ["gravity = -9.81"]),
+        (lambda: scene.model_copy(update={"motor_rpm": "fast"}), ["motor_rpm = 'fast'"]),
+        (lambda: Scene(rig, 115, motor_rpm=120), ["scene: multiple values for argument 'motor_rpm'"]),
+        (lambda: Scene(rig), ["scene: missing a required argument: 'motor_rpm'"]),
+        (lambda: Scene(rig, 115.0, pitches=(1, 2, 1)), ["pitches = (1, 2, 1): holds 1 twice"]),
+    ):
+        refused(call, words=words)
+    assert rig.model_copy(update={"gravity": 1.62}).gravity == 1.62 and rig.model_copy() == rig
+    assert scene.model_copy(update={"motor_rpm": 120.0}) == Scene(rig, 120.0)
+
+
+def test_a_rig_file_of_odd_characters_is_refused(tmp_path):
+    (file := tmp_path / "r.yaml").write_text('like: "a\\0b"\n', encoding="utf-8")
+    refused(load_rig, file, words=["like = 'a\\x00b': must be the name of an included rig or of a file"])
+    file.write_text("like: paper\nchain: {link_length: '\u0660.\u0661 m'}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="link_length"):
+        load_rig(file)
