@@ -20,8 +20,8 @@ from trackdyn.simulation.settling import settle
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = {
-    "slips": "the rig of the paper: searched for its printed numbers within assumed ranges, but for a ring that slips",
-    "grips": "a rig searched for the printed numbers within assumed ranges, with a ring that grips as rubber does",
+    "slips": "the rig of the paper: fitted to its printed numbers within assumed ranges, but for a ring that slips",
+    "grips": "a rig fitted to the printed numbers within assumed ranges, with a ring that grips as rubber does",
 }
 SLIPS = "set by the search (docs/answer.md)"
 DAMPER = (
@@ -103,7 +103,8 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     order = {"by": ["numbers", "sentences", "row"], "ascending": [False, False, True]}
     best = rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
     unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
-    source = f"least squares, {name}, row {best['row']:g} (docs/answer.md)"
+    by = "by hand, the start" if best["row"] == 1 else f"least squares, row {best['row']:g}"
+    source = f"{by} of the search {name} (docs/answer.md)"
     set_fields = {
         field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SLIPS}
         for field, value in config.search.searches[name].fields.items()

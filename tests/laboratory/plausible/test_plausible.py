@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from laboratory.plausible.draws import EQUAL_PITCH, SEAT, TIP, drawn_rigs, neighbours, scenes
+from laboratory.plausible.mobilised import mobilised_table
 from laboratory.plausible.rows import run_rig
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import (
@@ -81,6 +82,9 @@ def test_what_starts_judge_differently_is_not_decided_and_engaged_tracks_are_cou
     table = shares(CONFIG, judged(**{"1": verdicts}), {"1": "a sentence"}).set_index("tracks")
     assert table.loc["all", ["decided", "undecided", "shown"]].tolist() == [15, 5, 5]
     assert table.loc[ENGAGED, ["decided", "undecided", "shown"]].tolist() == [5, 5, 5]
+    # of the decided ones; bounds are of all, the undecided as no and as yes
+    assert table.loc["all", ["share", "least", "most"]].tolist() == pytest.approx([1 / 3, 5 / 20, 10 / 20])
+    assert table.loc[ENGAGED, ["share", "least", "most"]].tolist() == pytest.approx([1.0, 0.5, 1.0])
     refused = judged(**{"1": np.ones(20)}).assign(state=REFUSED)
     assert shares(CONFIG, refused, {"1": "a sentence"})["class"].eq(NOT_JUDGED).all()
 
@@ -145,6 +149,15 @@ def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
     track = next(drawn_rigs(CONFIG))._replace(rig=rig)
     table = judge_rows(small, [track], [row], claims, sentences)
     assert table["state"].tolist() == [JAMMED] and "19" not in table
+
+
+def test_mobilised_friction_rises_with_the_creep_slope_up_to_the_static_friction():
+    """Below creep it is in proportion to the slope, as Eq. 10 is at small slip: within a third for a factor of 2."""
+    small = CONFIG.model_copy(update={"radii_m": {115.0: [0.308]}, "row": CONFIG.with_one_start.row})
+    table = mobilised_table(small, load_rig("paper"), [0.1, 0.2, 20.0])
+    low, double, grips = table["mobilised_friction"]
+    assert table["transition_velocity"].tolist() == pytest.approx([3.0, 1.5, 0.015])
+    assert double / low == pytest.approx(2.0, rel=0.33) and double < 0.1 < grips < 0.3
 
 
 def test_a_ring_that_touches_nothing_runs_as_none(rig):

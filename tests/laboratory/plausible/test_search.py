@@ -108,7 +108,9 @@ def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, 
     rig, table = load_rig(path), parameter_table(path).set_index("name")
     for field, value in unknowns.changes(values).items():
         assert rig.value(field) == pytest.approx(value, rel=1e-5), field
-    assert table.loc[EQUAL_PITCH, "source"].startswith(f"least squares, {name}, row 2")
+    assert table.loc[EQUAL_PITCH, "source"].startswith(f"least squares, row 2 of the search {name}")
+    start = searched_rig(CONFIG, rows.assign(numbers=[22, 21, 21, 21]), name)  # that no row improves was set by hand
+    assert f'"by hand, the start of the search {name} (docs/answer.md)' in start
     r2, radius = table.loc["groove.r2"], rig.value("chain.connector_radius")
     assert [float(r2["low"]) / radius, float(r2["high"]) / radius] == pytest.approx([1.2, 3.0], rel=1e-4)
     assert rig.value("bushing.damping") / rig.value("bushing.stiffness") == pytest.approx(

@@ -29,6 +29,8 @@ from replication.paper.scorecard import (
     SHORT,
     count,
     headline,
+    learned_sentences,
+    neighbours_sentence,
     radius_sentence,
     sentence_verdicts,
     statements,
@@ -495,3 +497,44 @@ def test_a_ring_that_carries_nothing_has_no_influence_to_judge():
     for name in ("C20b", "C21d", "C24a", "C24b"):
         judgement = judge(CLAIMS[name], idle)
         assert judgement[:2] == ("a ring of 0.303 m carries nothing at 150 rpm", NOT_COMPARABLE)
+
+
+def of_tracks() -> dict[str, pd.DataFrame]:
+    """Tables of tracks, invented: four are judged, two of them engaged, one has no ring to choose."""
+    rows = [["14", "Ring: it bears most", "engaged", 2, 0, 1.0, 0.22, 1.0, 1.0, 1.0, "follows"],
+            ["14", "Ring: it bears most", "all", 3, 1, 0.667, 0.14, 0.98, 0.5, 0.75, "depends"],
+            ["19", "Conclusion 3", "engaged", 1, 1, 0.0, 0.0, 0.95, 0.0, 0.5, "never"],
+            ["19", "Conclusion 3", "all", 3, 1, 0.333, 0.02, 0.86, 0.25, 0.5, "depends"]]  # fmt: skip
+    head = ["name", "statement", "tracks", "decided", "undecided", "share", "low", "high", "least", "most", "class"]
+    draws = pd.DataFrame({"state": "done", "engaged": [1, 1, 0, 0], "radius": [0.308, 0.306, np.nan, 0.307],
+                          "creep": [0.3, 3.0, 30.0, 1.0]})  # fmt: skip
+    draws = draws.assign(**{f"equal_pitch {name}": 0.305 + at for name, at in
+                            (("polygon", 0.0), ("arc", 0.003), ("pins", 0.004), ("chord", 0.006))})  # fmt: skip
+    binned = pd.DataFrame({"name": ["19", "19"], "creep_high": [2.0, 80.0], "shown": [1, 0], "decided": [2, 1]})
+    mobilised = pd.DataFrame({"creep": [0.2, 0.2, 2.0, 2.0], "mobilised_friction": [0.009, 0.016, 0.055, 0.11]})
+    sentences = pd.DataFrame(rows, columns=head)
+    return {"sentences": sentences, "draws": draws, "map": binned, "mobilised": mobilised}
+
+
+def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_friction():
+    follows, free, brackets, radius = learned_sentences(of_tracks())
+    assert follows == (
+        "Of 4 tracks sampled from assumed ranges 2 mesh as printed. 1 sentence holds on nine of ten of these: no. 14 "
+        "(Ring: it bears most) on 100 % (22 to 100)."
+    )
+    assert "(conclusion 3) on 0 % (0 to 95; 0 to 50) of them; of all tracks on 1 of 2 whose ring" in free
+    assert "a mobilised friction of 0.055 to 0.11 or less, and on 0 of 1 of the others" in free
+    assert "the undecided" not in free and "not decided" in brackets
+    assert "lies 2.0 mm above `polygon`" in radius and "1.0 mm below `arc`, 2.0 mm below `pins`" in radius
+    assert "For 25 % of the tracks there is none" in radius
+    assert "0 of 2 below 2 s/m, 0 of 1 from there to 10 s/m and 1 of 1 above 10 s/m" in radius
+    tables = of_tracks()
+    tables["sentences"]["class"] = "depends"
+    assert learned_sentences(tables)[0].endswith("No sentence holds on nine of ten of these.")
+
+
+def test_neighbours_lose_what_the_rig_meets():
+    near = pd.DataFrame({"rig": [0, 1, 2], "7": [1.0, 0.0, 0.0], "19": [1.0, 1.0, np.nan]})
+    judged = pd.DataFrame({"number": [7, 19, 3], "verdict": [NOT_MET, MET, MET]})
+    said = neighbours_sentence(near, judged)
+    assert "holds on 1 of 2 of them" in said and said.endswith("lost or not decided are 19 (1 of 2).")

@@ -192,7 +192,7 @@ def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     ]
     done = draws[draws["state"] == "done"]
     count = int((done["engaged"] == 1).sum())
-    hold = f"{len(follow) or 'No'} sentence{'s hold' if len(follow) != 1 else ' holds'} on nine of ten of these"
+    hold = f"{len(follow) or 'No'} sentence{'s hold' if len(follow) > 1 else ' holds'} on nine of ten of these"
     listed = f": {_listed(follow)}" if follow else ""
     return f"Of {len(done)} tracks sampled from assumed ranges {count} mesh as printed. {hold}{listed}."
 
