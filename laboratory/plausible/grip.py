@@ -112,7 +112,8 @@ def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: P
     """
     runs = [(run, rpm) for run in config.grip.runs for rpm in run.speeds_rpm]
     table = pd.concat([run_laws(config, run, tracks, rpm, jobs, store) for run, rpm in runs], ignore_index=True)
-    first = ["draw", "start", "integrator", "rpm", *SETTING, "state"]
+    table["polygon_m"] = table["draw"].map({draw: rig.equal_pitch_radii["polygon"] for draw, rig in tracks.items()})
+    first = ["draw", "polygon_m", "start", "integrator", "rpm", *SETTING, "state"]
     return table[[*first, *(name for name in table if name not in first)]]
 
 

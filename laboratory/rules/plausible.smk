@@ -44,6 +44,30 @@ rule plausible_figure:
     script: "../report/plausible.py"
 
 
+rule grip_table:
+    """What the tangential force of the ring decides: tracks that mesh as printed, with laws of friction changed alone."""
+    input:
+        config="config/plausible.yaml",
+        draws="docs/measured/plausible_draws.csv",
+        rig=load_plausible("config/plausible.yaml").rig,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output: f"{L}/{{short}}grip.csv"
+    params:
+        short=lambda wildcards: bool(wildcards.short),
+        store=lambda wildcards: f"{L}/{wildcards.short}plausible",
+    threads: lambda wildcards: 1 if wildcards.short else 2
+    log: f"{L}/logs/{{short}}grip.log"
+    script: "../plausible/grip.py"
+
+
+rule grip:
+    """The study of the ring's tangential force in full, stored for the pages (some two hours on two cores; ask for it by name)."""
+    input: f"{L}/grip.csv"
+    output: update(GRIP)
+    log: f"{L}/logs/grip_stored.log"
+    shell: "cp {input:q} {output:q} > {log:q} 2>&1"
+
+
 SEARCHES = ("slips", "grips")
 
 

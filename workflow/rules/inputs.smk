@@ -11,12 +11,14 @@ PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in TABLES_OF_T
 TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
 # of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
 GRIPS = {"ring": "docs/measured/grips_ring.csv"}
+# of the study of the ring's tangential force (`snakemake -s laboratory/Snakefile -j2 grip`)
+GRIP = "data/plausible/grip.csv"
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], *GRIPS.values()),
+        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], *GRIPS.values(), GRIP),
         *CONFIG.files.values(),
     )
     for path in paths

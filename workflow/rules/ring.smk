@@ -21,7 +21,18 @@ rule ring_figures:
     script: "../replication/report/figures/ring_study.py"
 
 
+rule grip_figure:
+    """What the tangential force of the ring decides: window of radii, and shares of tracks by two laws of friction."""
+    input:
+        table=GRIP,
+        rig="trackdyn/rigs/paper.yaml",
+    output: figure("grip")
+    log: f"{R}/logs/grip_figure.log"
+    script: "../replication/report/figures/grip.py"
+
+
 rule ring:
     input:
         rules.meshing_figures.output,
         rules.ring_figures.output,
+        rules.grip_figure.output if CONFIG.is_paper else [],

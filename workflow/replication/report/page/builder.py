@@ -61,6 +61,7 @@ WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
 PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
 PLACED = {
     *WITH.values(),
+    "grip",
     "creep",
     "trade",
     "fidelity",
@@ -115,7 +116,7 @@ def build_page(
     there = {  # sections of the page
         "sensor": "table3" in by_key, "numbers": card and card["numbers"], "figures": True,
         "sprocket": "The sprocket" in parts, "ring-study": of_ring,
-        "tracks": (card and card["picture"]) or "creep" in by_key, "front": True,
+        "tracks": (card and card["picture"]) or {"grip", "creep"} & {*by_key}, "front": True,
     } | dict.fromkeys((*OTHERS, "parameters", "provenance"), True)  # fmt: skip
     return render(
         "page.html.j2",

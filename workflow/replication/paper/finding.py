@@ -1,0 +1,133 @@
+"""What the tangential force of the ring decides, from ``data/plausible/grip.csv``: shares of tracks, and windows.
+
+The table has tracks that mesh as the paper prints, each with several laws of the ring's friction and nothing else
+changed (``laboratory/plausible/grip.py``, whose columns `laboratory.plausible.grip.decided` describes).
+"""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest
+
+TABLE = "data/plausible/grip.csv"
+LAW = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
+OWN = {"regularised": "transition_velocity", "dahl": "shear_stiffness"}  # the value that a law is varied by
+VERDICTS = ("conclusion_3", "plateau")
+LEVEL = 0.9  # probability of the intervals
+FRICTION = 0.3  # static coefficient that the laws share
+# edges of bins of the mobilised friction, a factor of two apart
+BINS = 0.3 * 2.0 ** np.arange(-8, 1)
+
+
+def read_grip(path: Path | str = TABLE) -> pd.DataFrame:
+    """Read the table of the study: the rows that ran, all starts and integrators."""
+    table = pd.read_csv(path)
+    return table[table["state"] == "done"].reset_index(drop=True)
+
+
+def main_run(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the first start in the integrator that ran on all tracks."""
+    first = table[table["start"] == 1]
+    return first[first["integrator"] == first["integrator"].mode()[0]]
+
+
+def shares(table: pd.DataFrame) -> pd.DataFrame:
+    """Count the tracks on which each verdict holds, by law and setting: at one speed, and at all of them (``rpm`` NaN).
+
+    Columns are `LAW`, ``rpm, tracks``, and per verdict its count, share, and the ends of its 90 % interval (Clopper and
+    Pearson).
+    """
+    rows, run = [], main_run(table)
+    for setting, group in run.groupby(LAW, dropna=False):
+        by_track = group.groupby("draw")
+        whole = by_track[list(VERDICTS)].min()[by_track["rpm"].nunique() == run["rpm"].nunique()]
+        for rpm, verdicts in [*((rpm, rows_of) for rpm, rows_of in group.groupby("rpm")), (np.nan, whole)]:
+            row = dict(zip(LAW, setting, strict=True)) | {"rpm": rpm, "tracks": len(verdicts)}
+            for name in VERDICTS if len(verdicts) else ():
+                count = int(verdicts[name].sum())
+                interval = binomtest(count, len(verdicts)).proportion_ci(LEVEL)
+                row |= {name: count, f"{name}_share": count / len(verdicts)}
+                row |= {f"{name}_low": interval.low, f"{name}_high": interval.high}
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def of_law(counts: pd.DataFrame, law: str, rpm: float | None = None) -> pd.DataFrame:
+    """Return the shares of a law with the friction that the laws share, by its value; at all speeds without ``rpm``."""
+    at = counts["rpm"].isna() if rpm is None else counts["rpm"] == rpm
+    chosen = counts[(counts["law"] == law) & (counts["friction_static"] == FRICTION) & at]
+    return chosen.sort_values(OWN[law]).set_index(OWN[law])
+
+
+def windows(table: pd.DataFrame) -> pd.DataFrame:
+    """Return radii less the polygon radius (m) at which an arc lets go or comes back, by bins of mobilised friction.
+
+    A row a bin and event: ``low, high`` ends of the bin, ``event``, and 10, 50 and 90 % of the tracks and laws in it;
+    infinite where the event does not come up to the largest ring.
+    """
+    run, rows = main_run(table), []
+    for low, high in pairwise(BINS):
+        inside = run[run["mobilised_friction"].between(low, high, inclusive="left")]
+        for event in ("right_free_from_m", "right_back_from_m", "left_lost_from_m"):
+            if len(inside) >= 10:
+                # an event that does not come lies beyond the largest ring
+                above = (inside[event] - inside["polygon_m"]).fillna(np.inf)
+                quantiles = np.quantile(above, [0.1, 0.5, 0.9], method="inverted_cdf")
+                row = dict(zip(("q10", "q50", "q90"), quantiles, strict=True))
+                rows.append({"low": low, "high": high, "event": event, "rows": len(inside), **row})
+    return pd.DataFrame(rows)
+
+
+def limit(table: pd.DataFrame) -> float:
+    """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors."""
+    run = main_run(table).dropna(subset="mobilised_friction").sort_values("mobilised_friction")
+    holds = run["conclusion_3"].to_numpy()
+    wrong = np.r_[0, np.cumsum(1 - holds)] + np.r_[np.cumsum(holds[::-1])[::-1], 0]  # limit before each row, and behind
+    place = int(wrong.argmin())
+    values = run["mobilised_friction"].to_numpy()
+    return float(np.sqrt(values[place - 1] * values[place])) if 0 < place < len(values) else float(values[0])
+
+
+def _counts(rows: pd.DataFrame, verdict: str) -> str:
+    """Word the counts of a verdict in the order of a law's values: ``0, 2 and 8``."""
+    *first, last = (f"{count:.0f}" for count in rows[verdict])
+    return f"{', '.join(first)} and {last}"
+
+
+def _values(rows: pd.DataFrame, factor: float) -> str:
+    *first, last = (f"{factor * value:g}" for value in rows.index)
+    return f"{', '.join(first)} and {last}"
+
+
+def finding_sentences(table: pd.DataFrame) -> list[str]:
+    """Word the finding: the shares by both laws, the plateau, and the mobilised friction that parts the tracks."""
+    counts, run, sentences = shares(table), main_run(table), []
+    eq10, dahl = (of_law(counts, law) for law in OWN)
+    # laws that ran on every track
+    eq10, dahl = (rows[rows["tracks"] == rows["tracks"].max()] for rows in (eq10, dahl))
+    tracks, speeds = int(dahl["tracks"].max()), " and ".join(f"{rpm:g}" for rpm in sorted(run["rpm"].unique()))
+    sentences.append(
+        "**The tangential force of the ring decides conclusion 3 of the paper**: with rings from 0.305 m on, no right "
+        "arc touches a tooth."
+    )
+    sentences.append(
+        f"With Eq. 10 it holds at {speeds} rpm on {_counts(eq10, 'conclusion_3')} of {tracks} tracks that mesh as "
+        f"printed, for a transition velocity of {_values(eq10, 1e3)} mm/s."
+    )
+    sentences.append(
+        f"With Dahl's law, which has no velocity, it holds on {_counts(dahl, 'conclusion_3')}, for a shear stiffness "
+        f"of {_values(dahl, 1e-3)} kN/m a link; nothing else differs, and the friction coefficient is {FRICTION:g}."
+    )
+    edge, known = limit(table), run.dropna(subset="mobilised_friction")
+    right = ((known["mobilised_friction"] < edge) == (known["conclusion_3"] == 1)).mean()
+    sentences.append(
+        f"Either way it holds where the tangential force stays below {edge:.2g} of the normal force, and not above, in "
+        f"{100 * right:.0f} % of the runs."
+    )
+    sentences.append(
+        f"The plateau of the left arc (sentence 21) comes and goes with it: on {_counts(eq10, 'plateau')} and on "
+        f"{_counts(dahl, 'plateau')} of the tracks."
+    )
+    return sentences
