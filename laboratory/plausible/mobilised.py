@@ -7,7 +7,7 @@ import pandas as pd
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.shares import CREEP, CREEP_EDGES
 from trackdyn.inputs.files import write_csv
-from trackdyn.measure.grip import mobilised_friction
+from trackdyn.measure.whole_loop import mobilised_friction
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -27,7 +27,7 @@ def mobilised_table(config: PlausibleConfig, rig: Rig, slopes: list[float]) -> p
             wait = max(start.wait_s for start in config.row.starts)
             loop = Loop(Scene(other, motor_rpm=rpm, ring_radius=config.ring_radius_m, **config.scene))
             loop.advance(wait)
-            value, error, _ = mobilised_friction(loop)
+            value, error, _ = mobilised_friction(loop.record(loop.scene.periods.turn + 1 / rig.rate))
             rows.append([slope, velocity, rpm, value, error])
     return pd.DataFrame(rows, columns=[CREEP, "transition_velocity", "rpm", "mobilised_friction", "error"])
 

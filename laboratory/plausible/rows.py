@@ -8,7 +8,7 @@ import numpy as np
 from laboratory.plausible.revolution import summary
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.spectra import high_frequency_rms
-from trackdyn.measure.whole_loop import stitch
+from trackdyn.measure.whole_loop import mobilised_friction, stitch
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.scene.step import first_that_runs
@@ -44,8 +44,8 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
             continue
         recording = _recorded(rig, rpm, touching, detailed, fields, row, settled)
         measured = summary(recording, detailed) | (_sensed(recording) if detailed else {})
-        normal, tangential = recording.ring_force.sum(axis=0)
-        measured["mobilised_friction"] = float(tangential / normal) if normal > 0 else None
+        friction = mobilised_friction(recording).value
+        measured["mobilised_friction"] = None if friction != friction else friction
         values[scene_name(rpm, ring)] = measured
     return values
 

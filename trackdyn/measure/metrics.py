@@ -13,7 +13,7 @@ from trackdyn.measure.sensor import readings, sense
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.taken import meshing_summary, sensor_metrics
 from trackdyn.measure.uncertainty import NAN, STEP_ERRORS
-from trackdyn.measure.whole_loop import work_measures
+from trackdyn.measure.whole_loop import mobilised_friction, work_measures
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
@@ -36,6 +36,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
     choices = (scene.fidelity[name].setting for name in ("space", "chain", "tooth_contact", "integrator"))
     clipped = sensed.pop("clipped_samples")
     gaps = recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
+    friction, friction_error, _ = mobilised_friction(recording)
     return {
         "run": name,
         "rpm": scene.motor_rpm,
@@ -53,6 +54,8 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "settled_tension_n": recording.layout.settled_tension_n,
         **meshing_summary(recording),
         **work_measures(recording),
+        "mobilised_friction": friction,
+        "mobilised_friction_error": friction_error,
     }
 
 

@@ -17,7 +17,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SCALES, TOLERATED
 from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import high_passed
-from trackdyn.measure.uncertainty import Estimate, Series
+from trackdyn.measure.uncertainty import NAN, Estimate, Series, ratio_values
 from trackdyn.model.arrays import RING_FRICTION, SIDES, SPROCKET_WORK, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
 
@@ -32,9 +32,16 @@ def every_ay(recording: Recording) -> np.ndarray:
 
 def passage_edges(recording: Recording) -> np.ndarray:
     """(m + 1,) edges of the m whole passages of a record, in samples; `InputError` if it holds none."""
-    passage = recording.periods.passage
-    if not recording.seconds + 1e-6 * passage >= passage:
+    edges = _edges(recording)
+    if len(edges) < 2:
+        passage = recording.periods.passage
         raise InputError(f"recording: {recording.seconds:g} s hold no passage of {passage:.4g} s")
+    return edges
+
+
+def _edges(recording: Recording) -> np.ndarray:
+    """As `passage_edges`; a record without a whole passage has one edge."""
+    passage = recording.periods.passage
     edges = np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage
     return np.rint(edges * recording.rate).astype(int)
 
@@ -116,14 +123,11 @@ def work_series(recording: Recording) -> dict[str, Series]:
     turn = recording.periods.turn
     work = {"teeth_sliding_j": (TOOTH_FRICTION, 1), "ring_sliding_j": (RING_FRICTION, 1),
             "motor_power_w": (SPROCKET_WORK, 1 / turn)}  # fmt: skip
-    try:
-        edges = passage_edges(recording)
-    except InputError:
-        edges = np.zeros(1, int)
+    edges = _edges(recording)
     rows = recording.energy[edges[edges < len(recording.energy)]]
     teeth = recording.scene.rig.sprocket.teeth
-    by_turn = {name: teeth * factor * np.diff(rows[:, entry]) for name, (entry, factor) in work.items()}
-    return {name: Series(values, np.arange(len(values))) for name, values in by_turn.items()}
+    taken = {name: teeth * factor * np.diff(rows[:, entry]) for name, (entry, factor) in work.items()}
+    return {name: Series(values, np.arange(len(values))) for name, values in taken.items()}
 
 
 def work_measures(recording: Recording) -> dict[str, float]:
@@ -137,6 +141,19 @@ def work_measures(recording: Recording) -> dict[str, float]:
         value, error, _ = measure.estimate()
         values |= {name: value, BY_COLUMN[name].error: error}
     return values
+
+
+def mobilised_friction(recording: Recording) -> Estimate:
+    """Tangential over normal force of the ring on all links, both by size and integrated over whole passages (1).
+
+    It is the coefficient of friction in use, between 0 and the static one, and compares laws of friction that have no
+    number in common. NaN without a whole passage, or for a ring that carries nothing.
+    """
+    edges = _edges(recording)
+    if len(edges) < 2 or not recording.ring_force[: edges[-1]].any():
+        return Estimate(NAN, NAN, NAN)
+    normal, tangential = np.add.reduceat(recording.ring_force[: edges[-1]], edges[:-1]).T
+    return Series(ratio_values(tangential, normal), np.arange(len(normal))).estimate()
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:
