@@ -42,6 +42,8 @@ def passage_edges(recording: Recording) -> np.ndarray:
 def _edges(recording: Recording) -> np.ndarray:
     """As `passage_edges`; a record without a whole passage has one edge."""
     passage = recording.periods.passage
+    if not recording.seconds + 1e-6 * passage >= passage:  # also at rest, where it is not a number
+        return np.zeros(1, int)
     edges = np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage
     return np.rint(edges * recording.rate).astype(int)
 
