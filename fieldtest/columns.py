@@ -166,31 +166,34 @@ def _chosen(source: Source, wanted: Wanted, questions: list[str]) -> dict[str, C
 
 def _require_a_sample_a_row(source: Source, columns: dict[str, Column]) -> None:
     """Refuse (`InputError`) rows of several samples, of which one column would be read."""
-    count = len(source.lines)
-    head = source.only(np.arange(count) < min(4 * _HEAD, count - 1))  # the last row may be shorter
+    count, head = len(source.lines), None
     others = {column.position for key, column in columns.items() if key != "ay"} | source.dated
     alike = [re.sub(r"\d+", "1", column.name) for column in source.columns]
     for start in [columns["ay"].position] if "ay" in columns else range(min(len(alike), 3)):
-        same = [k in others or alike[k] != alike[start] for k in range(len(alike))]
-        first = max((k + 1 for k in range(start) if same[k]), default=0)
-        last = next((k for k in range(start, len(alike)) if same[k]), len(alike)) - 1
-        row = [head.stamps(k) for k in range(first, last + 1)]
-        if len(row) < 2 or len({values.size for values in row}) > 1 or row[0].size < _FEWEST:
-            continue
-        spread, mean = [values.std() for values in row], [values.mean() for values in row]
-        within, on = _rms(np.diff(row, axis=0)), _rms(row[0][1:] - row[-1][:-1])
-        far = max(_rms(np.diff(row[0])), *(_rms(values - row[0]) for values in row[1:]))
-        one_signal = max(spread) < (1 + _SAME) * min(spread) and np.ptp(mean) < _SAME * min(spread)
-        if (
-            one_signal
-            and within < min(spread)
-            and _CLOSER * max(within, on) < min(far, _ALIKE * _CLOSER * min(within, on))
-        ):
-            ends = (source.columns[k].described for k in (first, last))
-            raise InputError(
-                f"{' to '.join(ends)} join on to one another and to the next row: each row holds {len(row)} samples, "
-                "written row by row; write one a row, as docs/your-loggers-file.md shows."
-            )
+        same = [k for k in range(len(alike)) if k not in others and alike[k] == alike[start]]
+        for every in range(1, 5):  # a row of columns without names may hold several signals in turn
+            positions = [k for k in same if not (k - start) % every] if every == 1 or alike[start] == "1" else []
+            if len(positions) < 2:
+                continue
+            head = head or source.only(np.arange(count) < min(4 * _HEAD, count - 1))  # the last row may be shorter
+            row = [head.stamps(k) for k in positions]
+            if len({values.size for values in row}) == 1 and _are_one_signal(row):
+                first, last = (source.columns[k].described for k in (positions[0], positions[-1]))
+                raise InputError(
+                    f"{first} to {last} join on to one another and to the next row: each row holds {len(row)} "
+                    "samples, written row by row; write one a row, as docs/your-loggers-file.md shows."
+                )
+
+
+def _are_one_signal(row: list[np.ndarray]) -> bool:
+    """Whether columns, (N,) each, are samples of one signal in turn, of which the next row goes on."""
+    spread, mean = [values.std() for values in row], [values.mean() for values in row]
+    if row[0].size < _FEWEST or max(spread) >= (1 + _SAME) * min(spread) or np.ptp(mean) >= _SAME * min(spread):
+        return False
+    within, on = _rms(np.diff(row, axis=0)), _rms(row[0][1:] - row[-1][:-1])
+    far = max(_rms(np.diff(row[0])), *(_rms(values - row[0]) for values in row[1:]))
+    equal = max(within, on) < _ALIKE * min(within, on)
+    return bool(equal and within < min(spread) and _CLOSER * max(within, on) < far)
 
 
 def _rms(values: np.ndarray) -> float:
@@ -276,15 +279,22 @@ def rows_of_group(source: Source, wanted: Wanted) -> Source:
 
     Raises `InputError`: no row is of that group, or several columns may name it.
     """
-    group = wanted.group
-    if group in (None, "none") or of_group_in(source.columns, group):
+    if wanted.group in (None, "none") or of_group_in(source.columns, wanted.group):
         return source
+    for code in re.split(",(?=[^,=]+=)", wanted.group):
+        source = _rows_of_code(source, wanted, code)
+    return source
+
+
+def _rows_of_code(source: Source, wanted: Wanted, group: str) -> Source:
+    """The rows of one code, ``2`` or ``node=2``, as `rows_of_group` says."""
     name, _, code = group.rpartition("=")
     among = named(source.columns, name) if name else []
     if not among:
         of_time = {column.position for column in time_like(source.columns)} | source.dated
         among, code = [column for column in source.columns if column.position not in of_time], group
-    holders = [column for column in among if code in source.texts(column.position)]
+    rows_of = {column.position: _holds(source.texts(column.position), code) for column in among}
+    holders = [column for column in among if rows_of[column.position].any()]
     if len(holders) > 1:
         chosen = wanted.choose(source.columns)
         used = {key: columns[0] for key, columns in chosen.items() if len(columns) == 1}
@@ -302,25 +312,36 @@ def rows_of_group(source: Source, wanted: Wanted) -> Source:
         raise InputError(f"no column's name begins with the group {group!r}, and no row holds it.")
     if len(holders) > 1:
         words = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in holders)
-        fields = " or ".join(f"`group: {_group(column, code)}`" for column in holders[:4])
+        fields = " or ".join(f"`group: {_quoted(_group(source, column, code))}`" for column in holders[:4])
         raise InputError(f"columns {words} hold {code!r}; say which is meant, {fields}.")
-    rows = np.array(source.texts(holders[0].position)) == code
-    return replace(source.only(rows), group=f"{holders[0].described} with {shown(code)}")
+    return replace(source.only(rows_of[holders[0].position]), group=_group(source, holders[0], code))
 
 
-def _group(column: Column, code: str) -> str:
-    """Rows of a code in a column as a mapping in YAML names them."""
-    text = f"{column.name or f'#{column.position + 1}'}={code}"
+def _holds(texts: list[str], code: str) -> np.ndarray:
+    """(N,) whether cells are a code, or the same number, as pandas writes 2.0 for 2."""
+    number = number_in(code)
+    same = [text for text in set(texts) if text == code or number_in(text) == number]
+    return np.isin(texts, same)
+
+
+def _group(source: Source, column: Column, code: str) -> str:
+    """Rows of a code in a column, of those that are chosen already, as a mapping names them."""
+    return ",".join(filter(None, (source.group, f"{column.name or f'#{column.position + 1}'}={code}")))
+
+
+def _quoted(text: str) -> str:
+    """A text as YAML and a sentence hold it."""
     return text if re.fullmatch(r"\w[\w=.-]*", text) else "'" + text.replace("'", "''") + "'"
 
 
 def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str, np.ndarray]) -> None:
     """Refuse (`InputError`) rows of several sensors, which would be read as those of one."""
     for column, codes in _sensor_columns(source, used, values):
+        group = _quoted(_group(source, column, next(filter(None, codes))))
         raise InputError(
             f"column {column.position + 1} ({shown(column.name)}) says of which sensor a row is "
-            f"({', '.join(map(shown, codes))}); choose the rows of one, "
-            f"`group: {_group(column, next(filter(None, codes)))}`, or, if all are of one sensor, `group: none`."
+            f"({', '.join(map(shown, codes))}); choose the rows of one, `group: {group}`, or, if all are of one "
+            "sensor, `group: none`."
         )
 
 

@@ -45,7 +45,7 @@ class Source:
     lines: Sequence[int]  # number of each row, in a text of its line, from 1
     separator: str = ""  # between the fields of a text
     dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
-    group: str = ""  # column and code of the rows that were chosen, in words
+    group: str = ""  # columns and codes of the rows that were chosen, node=2,kind=ACC
     left_out: tuple[str, ...] = ()  # lines of words below the rows
     synthetic: bool = False  # whether a comment says that the file is synthetic
 

@@ -24,7 +24,9 @@ BRIDGED, BRIDGED_SHARE = 10, 0.01
 _STILL, _STILL_S, _MUCH_LONGER = 20, 0.1, 5.0
 # distance from all other values, in their extent, from which on an extreme that repeats is no sample; and values that
 # loggers write instead of one: 9s, and ends of 16 and 32 bits
-_APART, _FEWEST_LEVELS = 0.5, 8
+_APART, _FEWEST_LEVELS, _MOST_MARKS = 0.5, 8, 3
+# errors of a bus: their least number, and times further from the mean of the rows beside them than others are
+_STRAY, _OFF, _MANY_LEVELS = 8, 4.0, 100
 _MARKS = {sign * (10.0**n - 1) for n in range(3, 8) for sign in (1, -1)} | {
     value for bits in (16, 32) for value in (-(2.0 ** (bits - 1)), 2.0 ** (bits - 1) - 1, 2.0**bits - 1)
 }
@@ -130,18 +132,34 @@ def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, st
 def marks(values: np.ndarray) -> np.ndarray:
     """(N,) whether a value is a mark of no sample: an extreme that repeats, or that loggers write, far from all others.
 
-    One of long rows, but three times, is that of a logger that had not begun.
+    Up to three values may be marks on either side; a long row of one, but not three, is a logger that had not begun.
     """
     levels, counts = np.unique(values[np.isfinite(values)], return_counts=True)
     marked = np.zeros(values.size, bool)
-    for end, following in ((0, 1), (-1, -2)) if levels.size > _FEWEST_LEVELS else ():
-        here = values == levels[end]
+    for sign in (1, -1) if levels.size > _FEWEST_LEVELS else ():
+        ends, often = levels[::sign], counts[::sign]
+        beyond = np.abs(np.diff(ends))[:_MOST_MARKS] > _APART * np.abs(ends[-2] - ends[1 : _MOST_MARKS + 1])
+        number = int(np.argmax(beyond)) + 1 if beyond.any() else 0
+        here = np.isin(values, ends[:number])
+        known = all(often[k] > 1 or ends[k] in _MARKS for k in range(number))
         runs = np.diff(np.flatnonzero(np.diff(here, prepend=False, append=False)))[::2]
-        far = abs(levels[end] - levels[following]) > _APART * (levels[-2] - levels[1])
-        known = counts[end] > 1 or levels[end] in _MARKS
-        if far and known and (runs.max() <= BRIDGED or runs.size > 2) and here.mean() < _CLIPPED:
+        short = not runs.size or runs.max() <= BRIDGED or runs.size > 2 or ends[0] in _MARKS
+        if known and short and here.mean() < _CLIPPED:
             marked |= here
     return marked
+
+
+def stray(values: np.ndarray) -> np.ndarray:
+    """(N,) whether a value is an error of a bus: far more frequent than those near it, and off the rows beside it."""
+    levels, counts = np.unique(values, return_counts=True)
+    off = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2)
+    for value in {0.0, -1.0, float(levels[counts.argmax()])} & set(levels) if levels.size > _MANY_LEVELS else ():
+        here, k = values == value, int(np.searchsorted(levels, value))
+        near = np.delete(counts[max(k - 5, 0) : k + 6], min(k, 5))
+        often = counts[k] >= max(_STRAY, _MORE_OFTEN * np.median(near))
+        if often and np.median(off[here[1:-1]]) > _OFF * np.median(off):
+            return here
+    return np.zeros(values.size, bool)
 
 
 def wrapped(ay: np.ndarray) -> list[str]:

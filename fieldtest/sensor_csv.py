@@ -187,11 +187,20 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     instants = seen.t if seen else np.arange(count) / stated.hz
     window = samples.window_of(instants, *reading.window)
     first = window.start
+    doubts = []
     for key, axis in axes.items():
-        if (marks := samples.marks(values[key])).any():
-            if not reading.gaps:
-                _refuse_marks(source, axis, values[key], marks)
-            values[key] = np.where(marks, np.nan, values[key])
+        inside = values[key][window]
+        if (marks := samples.marks(inside)).any() and not reading.gaps:
+            _refuse_marks(source, axis, inside, marks, first)
+        if (stray := samples.stray(inside)).any() and not reading.gaps:
+            row = int(np.argmax(stray))
+            doubts.append(
+                f"{np.count_nonzero(stray)} of {stray.size} rows of {axis.column.described}, the first in "
+                f"{source.where(first + row)}, are {inside[row]:g} and off the rows beside them, as errors of a bus: "
+                "RMS is not that of the motion; `gaps: longest` leaves them out"
+            )
+        elif reading.gaps:
+            values[key][window] = np.where(marks | stray, np.nan, inside)
     counts = {key: samples.signed(values[key], reading.bits) for key in axes}
     signals = pd.DataFrame(
         {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}, copy=False
@@ -225,7 +234,8 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         done["time"] += {None: "", True: "; dates are day-first", False: "; dates are month-first"}[reading.day_first]
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
     _require_range(signals, axes, where, range_g)
-    clipped, done["clipped"], doubts = samples.clipped(signals, reading.largest, range_g)
+    clipped, done["clipped"], saturated = samples.clipped(signals, reading.largest, range_g)
+    doubts = doubts or saturated
     if np.ptp(ay := signals["ay"].to_numpy()) <= 1e-9 * max(1.0, np.abs(ay).max()):
         raise InputError(
             f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row; choose another one "
@@ -253,10 +263,10 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     )  # fmt: skip
 
 
-def _refuse_marks(source: Source, axis: Axis, values: np.ndarray, marks: np.ndarray) -> NoReturn:
+def _refuse_marks(source: Source, axis: Axis, values: np.ndarray, marks: np.ndarray, first: int) -> NoReturn:
     row, others = int(np.argmax(marks)), np.count_nonzero(marks) - 1
     raise InputError(
-        f"field {axis.column.name} in {source.where(row)}{f' and {others} more' * bool(others)} is "
+        f"field {axis.column.name} in {source.where(first + row)}{f' and {others} more' * bool(others)} is "
         f"{values[row]:g}, far from all other values, as loggers mark what is no sample, or as a blow beyond the range "
         "stands; leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range."
     )
@@ -273,7 +283,7 @@ def _described(source: Source, reading: Reading, counts) -> dict[str, str]:
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         said.append(f"not used: {listed(unused)}")
     below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
-    group = f", of {source.group}" * bool(source.group)
+    group = f" of {source.group}" * bool(source.group)
     rows = f"{counts['ay'][0].size}{group}, from {source.where(0)} on{below}"
     return {"rows": rows, "columns": "; ".join(said)}
 

@@ -143,12 +143,12 @@ def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
             f"column {shown(time.name)} has the unit {shown(time.unit)}; {', '.join(TIME_UNITS)} are read, choose "
             "another column, `time: NAME`, or give `time: none, rate: HZ`."
         )
-    if not (unit or stated) and values.size > 2 and (np.diff(values) == 1).all() and values[0] < _SINCE_1970_MS:
+    values, words = _gone_on(values)
+    if not (unit or stated) and values[0] < _SINCE_1970_MS and _may_count(values):
         raise InputError(
             f"column {shown(time.name)} goes up by 1 from row to row and does not say its unit: it may count the rows; "
             "give their rate, `time: none, rate: HZ`, or, if these are ms, `rate: 1000`."
         )
-    values, words = _gone_on(values)
     step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
@@ -168,6 +168,15 @@ def is_index(values: np.ndarray) -> bool:
     """Whether numbers rise by one whole number from row to row, as those of rows do, all or every fifth."""
     step = np.diff(values)
     return step.size > 0 and bool(step[0] >= 1 and step[0] % 1 == 0 and (step == step[0]).all())
+
+
+def _may_count(values: np.ndarray) -> bool:
+    """Whether numbers go up by 1, but for rows that are lost: ms of a rate that is not 1000 Hz skip some evenly."""
+    step = np.diff(values)
+    if step.size < 2 or np.median(step) != 1 or (step < 1).any() or (step % 1).any():
+        return False
+    line = values - np.polyval(np.polyfit(row := np.arange(values.size), values, 1), row)
+    return bool(np.count_nonzero(step > 1) < 3 or np.ptp(line) > 1.2)
 
 
 def _gone_on(values: np.ndarray) -> tuple[np.ndarray, str]:

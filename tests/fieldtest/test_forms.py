@@ -35,7 +35,9 @@ PACKETS = "t_s,ay_g,box\n" + "".join(
     for box, ay in (("a", AY), ("b", np.roll(AY, 177)))
     for k in range(10)
 )
+LONGEST = load_mapping(gaps="longest")
 NODES = table("t_ms,range_g,node,ay_g", lambda k, t, a: f"{8 * k},2,1,{-a}\n{8 * k},4,2,{a}")
+FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) / 1000)
 NOISE = np.random.default_rng(5).integers(-12, 13, T.size)
 FORMS = {
     "plain": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"), {}),
@@ -69,6 +71,17 @@ FORMS = {
     ),
     # two nodes, of which the range of one is the number of the other
     "the range of a node": (NODES, {"group": "node=2"}),
+    "a kind within a node": (
+        table(
+            "t_ms,node,kind,y",
+            lambda k, t, a: "\n".join(
+                f"{8 * k},{node},{kind},{factor * a}"
+                for node, kind, factor in ((1, "ACC", -1), (1, "GYR", 9), (2, "ACC", 1), (2, "GYR", -9))
+            ),
+        ),
+        {"group": "node=2,kind=ACC", "axes": {"ay": "y"}, "unit": "g"},
+    ),
+    "nodes as pandas writes them": (NODES.replace(",1,", ",1.0,").replace(",4,2,", ",4,2.0,"), {"group": "node=2"}),
     "a node beside its stamps": (NODES.replace(",4,2,", ",4,8,"), {"group": "8"}),
     # whole numbers and words that are of no other sensor
     "counts of other axes": (
@@ -136,6 +149,11 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
         (PACKETS, "`group: box=a`"),
         (NODES, "`group: range_g=2`"),
         (table("Time,ay_g", lambda k, t, a: f"{k},{a}"), "may count the rows; .*`time: none, rate: HZ`.*`rate: 1000`"),
+        (table("Time,ay_g", lambda k, t, a: f"{(65400 + k) % 2**16},{a}"), "may count the rows"),
+        (
+            "Time,ay_g\n" + "".join(f"{k},{a}\n" for k, a in enumerate(AY) if k not in (50, 51, 99)),
+            "may count the rows; .*`time: none, rate: HZ`",
+        ),
         (table(",ay_g", lambda k, t, a: f"{5 * k},{a}"), "the time may be in column 1 '.*`time: none, rate: HZ`"),
         (
             table("t_s,ay_g", lambda k, t, a: f"{int(t)}.{round(t % 1 * 1000)},{a}"),
@@ -173,6 +191,38 @@ def test_a_code_of_two_columns_is_asked_for(tmp_path):
     np.testing.assert_allclose(read_sensor(tmp_path / "record.csv", load_mapping(group="1")).ay, -AY)
     with pytest.raises(InputError, match="no row holds it"):
         read_sensor(tmp_path / "record.csv", load_mapping(group="node=3"))
+
+
+def test_a_group_within_a_group_is_named_in_full():
+    frame = pd.DataFrame({"t_s": np.repeat(T, 4), "node": np.tile([1, 1, 2, 2], T.size)})
+    frame["kind"], frame["ay_g"] = np.tile(["a", "b"], 2 * T.size), np.outer(AY, [-1, 9, 1, -9]).ravel() / 9
+    with pytest.raises(InputError, match=r"`group: 'node=2,kind=a'`, or"):
+        read_sensor(frame, load_mapping(group="node=2"))
+    np.testing.assert_allclose(read_sensor(frame, load_mapping(group="node=2,kind=a")).ay, AY / 9)
+
+
+def test_stamps_in_ms_of_another_rate_do_not_count_the_rows():
+    t = np.round(np.arange(5000) / 0.9989)
+    record = read_sensor(pd.DataFrame({"time": t, "ay_g": np.sin(0.007 * t)}))
+    assert record.rate == pytest.approx(998.9, rel=1e-5)
+
+
+@pytest.mark.parametrize(("value", "zero"), [(0, 0), (-1, 0), (0, 512)])
+@pytest.mark.parametrize("every", [20, 90])
+def test_errors_of_a_bus_within_the_range_are_said(value, zero, every):
+    rng = np.random.default_rng(6)
+    counts = np.round(256 * FAST) + zero
+    here = rng.random(counts.size) < 1 / every
+    counts[here] = value
+    here = counts == value
+    frame = pd.DataFrame({"t_s": np.arange(4000) / 1000, "ay": counts})
+    options = {"scale": 256, "zero": float(zero)}
+    (doubt,) = read_sensor(frame, load_mapping(**options)).doubts
+    assert f"{here.sum()} of 4000 rows" in doubt and f"are {value} and off the rows beside them" in doubt
+    record = read_sensor(frame, load_mapping(**options, gaps="longest"))
+    assert not record.doubts and record.ay.size < 4000
+    clean = pd.DataFrame({"t_s": np.arange(4000) / 1000, "ay": np.round(256 * FAST) + zero})
+    assert not read_sensor(clean, load_mapping(**options)).doubts
 
 
 def test_an_index_of_rows_is_no_time():
@@ -220,6 +270,15 @@ def test_few_values_beyond_the_range_may_be_left_out(wild, tmp_path):
         read_sensor(path, load_mapping(gaps="bridge"))
 
 
+def test_several_marks_are_none_of_the_signal():
+    ay = np.round(1000 * AY)
+    ay[[30, 80, 200]], ay[[90, 120]], ay[[50, 51]] = -9999, -8888, 9999
+    frame = pd.DataFrame({"t_s": T, "ay_mg": ay})
+    with pytest.raises(InputError, match="row 30 and 6 more is -9999"):
+        read_sensor(frame)
+    assert np.abs(read_sensor(frame.assign(ay_mg=np.where(np.abs(ay) > 5000, np.nan, ay)), LONGEST).ay).max() < 2
+
+
 def test_a_signal_that_wraps_says_so(tmp_path):
     (tmp_path / "record.csv").write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{(a + 0.6) % 1.2 - 0.6:.4f}"))
     (doubt,) = read_sensor(tmp_path / "record.csv").doubts
@@ -233,9 +292,6 @@ def test_equal_values_of_a_fast_record_are_not_a_sensor_that_hangs():
     assert not read_sensor(pd.DataFrame({"t_s": t, "ay_g": ay})).doubts
 
 
-FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) / 1000)
-
-
 @pytest.mark.parametrize("names", [None, "y[{}]", "ay_{} (g)"])
 @pytest.mark.parametrize("count", [2, 5, 8])
 def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
@@ -246,6 +302,11 @@ def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
     for axes in ({"ay": ay}, {}) if names == "y[{}]" else ({"ay": ay},):
         with pytest.raises(InputError, match=rf"column 1.* to column {count}.* each row holds {count} samples"):
             read_sensor(path, load_mapping(time="none", rate=1000, axes=axes, unit="g"))
+    if names is None:  # each with its time
+        pairs = np.column_stack([np.arange(4000).reshape(-1, count).ravel() / 1000, FAST]).reshape(-1, 2 * count)
+        path.write_text(pd.DataFrame(pairs).to_csv(index=False, header=False))
+        with pytest.raises(InputError, match=rf"column 2 to column {2 * count} .* each row holds {count} samples"):
+            read_sensor(path, load_mapping(time="1", axes={"ay": "2"}, unit="g"))
     # two sensors of one place, and one of another, are channels
     noise = np.random.default_rng(1).normal(0, 0.01, (2000, 3))
     frame = pd.DataFrame(noise + FAST.reshape(2, -1)[[0, 0, 1]].T, columns=["ay_1", "ay_2", "ay_3"])
