@@ -51,8 +51,11 @@ def _identities(item: Input) -> list[str]:
     """Return what an input may be known by."""
     if not isinstance(item, Path | str):
         return [repr(value) for value in item or ("none",)]
-    path = Path(item)
-    return [os.path.realpath(path), *([_hash(path)] if path.is_file() else [])]
+    path, identities = Path(item), [os.path.realpath(item)]
+    with suppress(OSError):  # whoever reads it says why it cannot be read
+        if path.is_file():
+            identities.append(_hash(path))
+    return identities
 
 
 def _note_of(path: Path) -> Path:
