@@ -119,6 +119,20 @@ def test_a_file_of_the_package_that_is_swapped_for_an_older_one_is_edited(tmp_pa
     assert edited_after(tmp_path, "inside", 10**6, ["A = 2 @ -10000", "read"])
 
 
+def test_the_lock_of_an_editor_beside_a_source_disturbs_nothing(tmp_path):
+    """A link to nowhere with the ending of a source."""
+    shutil.copytree(Path(sources.__file__).parent / "contact", tmp_path / "trackdyn/contact")
+    code = "from trackdyn import sources; print(sources.kernel_digest())"
+    digests = []
+    for lock in (None, tmp_path / "trackdyn/contact/.#laws.py"):
+        if lock:
+            lock.symlink_to("me@here.1234:5678")
+        assert not edited_after(tmp_path, "inside", 10**6, ["read"])
+        run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+        digests.append(run.stdout)
+    assert digests[0] == digests[1] != ""
+
+
 def edited_after(folder, inside, age, steps):
     """Whether a module is edited after these steps: it is read, or replaced by a text of some age, s."""
     (folder / "trackdyn").mkdir(exist_ok=True)

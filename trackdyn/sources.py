@@ -38,10 +38,11 @@ AHEAD = 2 * 10**9  # ns by which the clock of a file system may be ahead of that
 
 def _dates(folder: str) -> Iterator[tuple[str, tuple[int, int]]]:
     """Yield every file below a folder with the time of its last change, ns, and its size."""
-    with os.scandir(folder) as entries:
+    with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             if not entry.is_dir():
-                yield entry.path, (entry.stat().st_mtime_ns, entry.stat().st_size)
+                with suppress(OSError):  # an editor's lock is a link to nowhere
+                    yield entry.path, (entry.stat().st_mtime_ns, entry.stat().st_size)
             elif entry.name != "__pycache__":
                 yield from _dates(entry.path)
 
@@ -257,7 +258,8 @@ def cache_base() -> Path:
 def kernel_files() -> list[Path]:
     """The files of the kernels."""
     places = [Path(__file__).parent / name for name in KERNEL_SOURCES]
-    return [file for path in places for file in ([path] if path.is_file() else sorted(path.rglob("*.py")))]
+    files = (file for path in places for file in ([path] if path.is_file() else sorted(path.rglob("*.py"))))
+    return [file for file in files if file.is_file()]
 
 
 @cache
