@@ -13,7 +13,7 @@ endif
 # A process that finds no bytecode compiles all that it imports, which is half of a short job; some shells forbid to keep it.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster clean
+.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster clean numba-oldest numba-newest
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -25,6 +25,14 @@ quick: $(READY)
 
 test: $(READY)
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
+
+# the kernels on the oldest numba that pyproject.toml allows and on the newest there is, each in an environment of its own
+numba-oldest: NUMBA := numba==$(shell sed -n 's/.*"numba>=\([0-9.]*\)".*/\1/p' pyproject.toml)
+numba-newest: NUMBA := numba
+numba-oldest numba-newest:
+	$(PYTHON) -m venv $(VENV)/$@
+	$(VENV)/$@/bin/python -m pip install --quiet --upgrade --upgrade-strategy eager '$(NUMBA)' pytest --editable .
+	$(VENV)/$@/bin/python -m pytest -p no:cacheprovider tests/test_jit.py tests/contact/test_laws.py tests/simulation/test_settled_loops.py
 
 check: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-kernels -m "not slow"

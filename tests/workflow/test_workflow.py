@@ -72,6 +72,16 @@ def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.parametrize(
+    ("setting", "others"), [("tension=sprung", 0), ("space=spatial", 1), ("integrator=rk4", 1), ("preset=fast", 1)]
+)
+def test_a_setting_waits_for_the_kernels_that_it_runs(tmp_path, setting, others):
+    """Those of the paper's method, and of another one or of motion in space."""
+    target = f"{tmp_path}/results/fidelity/{setting}.csv"
+    planned = planned_jobs(tmp_path, target, "--configfile", quick_config(tmp_path))
+    assert (planned["warm_up"], planned.get("warm_up_method", 0)) == (1, others)
+
+
 def test_a_rig_alone_will_do(tmp_path):
     def own(data):
         data.clear()

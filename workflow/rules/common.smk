@@ -29,9 +29,14 @@ ROUNDED = [f"rounded/{rpm:g}rpm" for rpm in CONFIG.rounded_speeds]
 KERNELS = f"{R}/kernels/{kernel_digest()}.npz"
 
 
-def method_kernels(integrator):
-    """The same of another method: of studies side by side one would compile it, and so would the next."""
-    return KERNELS if integrator == "semi_implicit" else KERNELS.replace(".npz", f"_{integrator}.npz")
+def method_kernels(method):
+    """The same of another method or of motion in space: of studies side by side one would compile it, so would the next."""
+    return KERNELS if method == "semi_implicit" else KERNELS.replace(".npz", f"_{method}.npz")
+
+
+def scene_kernels(fields):
+    """Those that a scene with these fields runs."""
+    return method_kernels("spatial" if fields.get("space") == "spatial" else fields.get("integrator", "semi_implicit"))
 
 
 SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]

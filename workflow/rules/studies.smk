@@ -5,7 +5,7 @@ rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
     input:
         rig=CONFIG.rig,
-        kernels=lambda wildcards: method_kernels(SETTINGS[wildcards.setting].scene.get("integrator", "semi_implicit")),
+        kernels=lambda wildcards: scene_kernels(SETTINGS[wildcards.setting].scene),
     output: f"{R}/fidelity/{{setting}}.csv"
     params:
         speeds=CONFIG.fidelity.speeds_rpm,
