@@ -90,6 +90,10 @@ FORMS = {
     ),
     "a rate of turn": (table("t_ms,gz_dps,ay_g", lambda k, t, a: f"{8 * k},{round(5 * a) + NOISE[k] // 8},{a}"), {}),
     "a counter that begins again": (table("t_s,n,ay_g", lambda k, t, a: f"{t:.3f},{k % 16},{a}"), {}),
+    "a counter beside coarse stamps": (
+        table("t_s,n,ay_g", lambda k, t, a: f"{k // 3 * 0.024:.3f},{k % 16},{a}"),
+        {"time": "none", "rate": 125},
+    ),
     "buffers in turn": (table("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"), {}),
     "laps": (table("t_s,lap,ay_g", lambda k, t, a: f"{t:.3f},{1 + k // 150},{a}"), {}),
     "two states by chance": (table("t_s,state,ay_g", lambda k, t, a: f"{t:.3f},{NOISE[k] > 0:d},{a}"), {}),
