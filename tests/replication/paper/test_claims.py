@@ -517,20 +517,19 @@ def of_tracks() -> dict[str, pd.DataFrame]:
 
 
 def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_friction():
-    follows, free, brackets, radius = learned_sentences(of_tracks())
-    assert follows == (
+    follows, free, radius = learned_sentences(of_tracks())
+    assert follows.startswith(
         "Of 4 tracks sampled from assumed ranges 2 mesh as printed. 1 sentence holds on nine of ten of these: no. 14 "
-        "(Ring: it bears most) on 100 % (22 to 100)."
+        "(Ring: it bears most) on 100 % (22 to 100). Brackets have"
     )
     assert "(conclusion 3) on 0 % (0 to 95; 0 to 50) of them; of all tracks on 1 of 2 whose ring" in free
-    assert "a mobilised friction of 0.055 to 0.11 or less, and on 0 of 1 of the others" in free
-    assert "the undecided" not in free and "not decided" in brackets
+    assert "below 2 s/m, and on 0 of 1 of the others" in free and free.endswith("friction of 0.055 to 0.11.")
     assert "lies 2.0 mm above `polygon`" in radius and "1.0 mm below `arc`, 2.0 mm below `pins`" in radius
     assert "For 25 % of the tracks there is none" in radius
     assert "0 of 2 below 2 s/m, 0 of 1 from there to 10 s/m and 1 of 1 above 10 s/m" in radius
     tables = of_tracks()
     tables["sentences"]["class"] = "depends"
-    assert learned_sentences(tables)[0].endswith("No sentence holds on nine of ten of these.")
+    assert "No sentence holds on nine of ten of these." in learned_sentences(tables)[0]
 
 
 def test_neighbours_lose_what_the_rig_meets():

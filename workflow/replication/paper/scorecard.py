@@ -173,11 +173,10 @@ def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     low, other = creep_counts(tables["map"], FREE)
     friction = mobilised(tables["mobilised"], RUBBER[0])
     return [
-        follows_sentence(tables["sentences"], tables["draws"]),
+        f"{follows_sentence(tables['sentences'], tables['draws'])} {SHARES_READ}",
         f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {share} of them; of all tracks on "
-        f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, that is, {friction} or less, and on {other} of "
-        "the others.",
-        SHARES_READ,
+        f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, and on {other} of the others. At that slope the "
+        f"ring of the default rig has {friction}.",
         distance_sentence(tables["draws"]),
     ]
 

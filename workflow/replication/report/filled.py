@@ -83,7 +83,7 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
         mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
         near=neighbours_free(near),
         free=(grips.loc[grips["number"] == int(FREE), "verdict"] == MET).all(),
-        learned=" ".join(learned_sentences(learned)),
+        learned="\n\n".join(learned_sentences(learned)),
         statements=_markdown(statements(card)),
         marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
         outside=outside_sentence(parameters, rig),
