@@ -86,10 +86,14 @@ def test_a_file_belongs_to_its_command_also_where_it_is_killed_while_it_takes_it
     with noting(["d.csv"], Path("f.csv")):
         write_text("f.csv", "second")
         assert is_own(Path("f.csv"), ["d.csv"])
-        monkeypatch.setattr(os, "replace", lambda *_: pytest.fail("killed"))
+        replace = os.replace
+        killed = lambda old, new: pytest.fail("killed") if Path(new).name == "f.csv" else replace(old, new)  # noqa: E731
+        monkeypatch.setattr(os, "replace", killed)
         with pytest.raises(pytest.fail.Exception):
             write_text("f.csv", "third")
-    assert Path("f.csv").read_text(encoding="utf-8") == "second"
+    assert Path("f.csv").read_text(encoding="utf-8") == "second" and is_own(Path("f.csv"), ["d.csv"])
+    Path("f.csv").write_text("edited", encoding="utf-8")
+    assert not is_own(Path("f.csv"), ["d.csv"])
 
 
 # words of the command and others in their place, and whether its files may be replaced by those
