@@ -17,7 +17,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
-	@echo "open results/report.html in a browser; the article is results/article.pdf"
+	@echo "open results/report.html in a browser"
 
 quick: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml

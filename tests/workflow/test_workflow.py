@@ -88,7 +88,7 @@ def test_a_rig_alone_will_do(tmp_path):
         data |= {"rig": "bench", "results": str(tmp_path / "results")}
 
     planned = planned_jobs(tmp_path, "--configfile", quick_config(tmp_path, own))
-    assert {"page", "manifest", "claims"} <= planned.keys() and not {"sensor_records", "article"} & planned.keys()
+    assert {"page", "manifest", "claims"} <= planned.keys() and "sensor_records" not in planned
     assert planned["ring_runs"] == 4  # one a speed
 
 
@@ -176,7 +176,6 @@ class Pretended:
             "extremes.csv",
             "fidelity.csv",
             "claims.csv",
-            "article.pdf",
             "report.html",
             "manifest.json",
         }
@@ -249,7 +248,7 @@ EDITS = {
     ),
     "the template of the page": (
         {"workflow/replication/report/page/page.html.j2": in_place_of("<", "{# another #}<")},
-        {"page", "manifest"}, {"measure", "claims", "article", "schematics"},
+        {"page", "manifest"}, {"measure", "claims", "schematics"},
     ),
 }  # fmt: skip
 

@@ -7,7 +7,7 @@ from trackdyn.inputs.errors import InputError
 
 # extra -> modules that it brings; of several extras that bring a module, the one with least beside it
 EXTRAS = {
-    "report": ("jinja2", "matplotlib", "PIL", "plotly", "tabulate", "typst"),
+    "report": ("jinja2", "matplotlib", "PIL", "plotly", "tabulate"),
     "pipeline": ("snakemake",),
     "peers": ("exudyn",),
 }

@@ -43,7 +43,7 @@ ENDS = {  # kinds of files, and how whole ones end
 # Files that no two runs share: caches, costs, and what shows times of computing or follows from them (the planner takes
 # what was cheapest); and files that are being written.
 LEFT_OUT = re.compile(
-    r"(kernels|benchmarks)/.*|README\.md|manifest\.json|article\.json|(.*/)?\..*"
+    r"(kernels|benchmarks)/.*|README\.md|manifest\.json|(.*/)?\..*"
     r"|(.*/)?(figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")

@@ -1,4 +1,4 @@
-# The page that shows everything, the moving picture, the article, and the pictures of the README.
+# The page that shows everything, the moving picture, and the pictures of the README.
 
 INTERVAL = 0.01  # s, of the configurations
 MOVING_RPM = CONFIG.ring_study.speeds_rpm[0]
@@ -60,39 +60,6 @@ rule page:
     script: "../replication/report/page/builder.py"
 
 
-# Studies that the article shows: a run without them makes none. The study of plausible tracks is too long.
-IN_ARTICLE = ("trade", "extremes")
-
-
-rule article:
-    """The article: values in one file, PDF from them."""
-    input:
-        template="workflow/article/article.typ",
-        references="workflow/article/references.bib",
-        claims=f"{R}/claims.csv",
-        sentences=f"{R}/sentences.csv",
-        numbers=f"{R}/printed_numbers.csv",
-        parameters=f"{R}/tables/parameters.csv",
-        **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
-        model=f"{R}/peers/model.json",
-        planner=f"{R}/planner.csv",
-        extremes=f"{R}/extremes.csv",
-        outcomes=f"{R}/tables/extremes.csv",
-        **{f"plausible_{name}": path for name, path in PLAUSIBLE.items()},
-        figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
-        studies=[f"{R}/figures/{name}.svg" for name in ("trade", "extremes_stability")],
-    output:
-        pdf=f"{R}/article.pdf",
-        values=f"{R}/article.json",
-    params: accuracy_pct=CONFIG.peers and CONFIG.peers.accuracy_pct
-    log: f"{R}/logs/article.log"
-    script: "../replication/report/article.py"
-
-
-def article_of_run(wildcards):
-    return rules.article.output if CONFIG.peers and {*IN_ARTICLE} <= {*requested_studies(wildcards)} else []
-
-
 # what a run that ends by a rule (`stop_rule`) states in its recording differs from what the configuration does
 BY_RULE = {"duration", "lead_in", "frame_interval", "contact_log"}
 
@@ -102,7 +69,6 @@ rule manifest:
     input:
         rules.page.output,
         rules.animation.output,
-        article_of_run,
         inputs=RUN_INPUTS,
         rig=CONFIG.rig,
     output: f"{R}/manifest.json"

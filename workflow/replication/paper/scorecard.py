@@ -398,13 +398,6 @@ def _statement(row: Mapping) -> dict:
     }
 
 
-def judged_sentences(judged: pd.DataFrame, shares: pd.DataFrame) -> list[list[str]]:
-    """``number, sentence, verdict``, and the shares (%) of all plausible tracks and of the engaged ones."""
-    tracks = track_rows(shares)
-    rows = judged[["number", "sentence", "verdict"]].astype(str).values.tolist()
-    return [row + _percents(tracks, row[0]) for row in rows]
-
-
 def statements(card: pd.DataFrame) -> pd.DataFrame:
     """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``)."""
     rows, by_name = [], {row["name"]: row for row in _records(card)}

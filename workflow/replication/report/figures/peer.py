@@ -10,7 +10,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from replication import peers
 from replication.paper import printed
 from replication.report import marks
 from trackdyn.inputs.files import write_csv
@@ -101,19 +100,6 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     below.set_yscale("log")
     below.set_ylim(top=50)
     below.set_title(f"largest difference: {row['difference_pct']:.2g} %")
-
-
-def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
-    """Outcome of the comparison, a sentence.
-
-    ``costs`` is the table, ``missing`` says why the other code did not run, ``accuracy_pct`` is the error at which both
-    are compared.
-    """
-    if missing:
-        return f"Exudyn: {missing}."
-    chosen = costs[costs["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
-    ratio = chosen.get(peers.PEER, np.nan) / chosen[peers.OURS]
-    return f"At an error below {accuracy_pct:g} % Exudyn takes {ratio:.3g} times the CPU time of trackdyn."
 
 
 @run_job
