@@ -1,4 +1,4 @@
-"""Three equations with a symmetric positive definite matrix: where the sweeps of a chain meet, and of its plane."""
+"""Solution of three equations with a symmetric positive definite matrix, for the sweeps of a chain and its plane."""
 
 from math import sqrt
 
@@ -7,7 +7,7 @@ from trackdyn.jit import inlined
 
 @inlined
 def factored(a11, a12, a13, a22, a23, a33):
-    """Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of a symmetric positive definite matrix of three rows."""
+    """Return the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of a symmetric positive definite 3 x 3 matrix."""
     l11 = sqrt(a11)
     l21 = a12 / l11
     l31 = a13 / l11
@@ -18,7 +18,7 @@ def factored(a11, a12, a13, a22, a23, a33):
 
 @inlined
 def solve_factored(factor, right):
-    """Solution of three equations by the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of their matrix."""
+    """Solve three equations by the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of their matrix."""
     l11, l21, l31, l22, l32, l33 = factor
     y1 = right[0] / l11
     y2 = (right[1] - l21 * y1) / l22

@@ -1,4 +1,4 @@
-"""Linearly implicit steps: slopes of contacts and bushings ride along in the Riccati sweep.
+"""Linearly implicit steps: the Riccati sweep includes the slopes of contacts and bushings.
 
 A force of position and velocity is led to the end of the step by its slopes, ``f + h df/dq q' - (h C + h^2 K)
 q''``. Contacts act on one body each, so ``h C + h^2 K`` of a body adds to its inertia and the sweep keeps its form;
@@ -15,7 +15,7 @@ from trackdyn.model.constants import Model
 
 @kernel
 def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork, cut):
-    """Accelerations of chain and wheels at the end of a linearly implicit step, ``model.step``.
+    """Solve for accelerations of chain and wheels at the end of a linearly implicit step, ``model.step``.
 
     The loads of ``work`` are those led to the end of the step with the accelerations left out; its ``sweep`` receives
     the accelerations in the form that the time loop reads. Of ``implicit``, ``inertia``, ``couple`` and
@@ -73,7 +73,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
 
 @kernel
 def _eliminate(matrix):
-    """Gauss-Jordan elimination with row exchange of the augmented ``(m, m + 1)`` matrix, in place."""
+    """Solve the augmented ``(m, m + 1)`` matrix in place by Gauss-Jordan elimination with row exchange."""
     size = matrix.shape[0]
     for column in range(size):
         pivot = column

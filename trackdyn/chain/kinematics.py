@@ -1,13 +1,13 @@
 """Pins, mass centres and bushing torques along the chain (relative coordinates, Eq. 6 in the plane).
 
-Rubber loses a share of its energy in every cycle: Maxwell branches beside the spring of a bushing, a spring k and a
-damper k T in series. The moment s of one follows the rate r of its joint by ``s' = k r - s / T``; over a step the rate
-is constant, so that
+Rubber loses a share of its energy in every cycle: Maxwell elements parallel to the spring of a bushing, each a spring k
+and a damper k T in series. The moment s of one follows the rate r of its joint by ``s' = k r - s / T``; over a step the
+rate is constant, so that
 
     s(t) = k T r + (s_0 - k T r) e^(-t / T)
 
 is exact, and with it the energy ``s^2 / 2 k`` stored and the energy that is lost, the integral of ``s^2 / k T``.
-Which branches give a loss factor that hardly depends on the frequency is said in `rig.laws`.
+`rig.laws` chooses those that give a loss factor that hardly depends on the frequency.
 """
 
 from math import cos as cosine
@@ -23,7 +23,7 @@ from trackdyn.model.constants import Chain, Model, Wheels
 
 @kernel
 def orient(angle, cos, sin):
-    """Cosine and sine of every body's angle."""
+    """Write cosine and sine of every body's angle."""
     for i in range(angle.shape[0]):
         cos[i] = cosine(angle[i])
         sin[i] = sine(angle[i])
@@ -31,25 +31,25 @@ def orient(angle, cos, sin):
 
 @inlined
 def rotated(x, y, c, s):
-    """Components in the plane of a vector of a body whose angle has the cosine ``c`` and the sine ``s``."""
+    """Rotate a vector by the angle whose cosine is ``c`` and whose sine is ``s``."""
     return x * c - y * s, x * s + y * c
 
 
 @inlined
 def mass_centre(chain, work, body):
-    """Mass centre of a body from its input pin, m."""
+    """Return the mass centre of a body from its input pin, m."""
     return rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
 
 
 @inlined
 def on_pin_line(work, body, along):
-    """Position of a point on a body's pin line, ``along`` from its input pin, m."""
+    """Return the position of a point on a body's pin line, ``along`` from its input pin, m."""
     return work.pin_x[body] + along * work.cos[body], work.pin_y[body] + along * work.sin[body]
 
 
 @kernel
 def forward_kinematics(chain: Chain, state, work):
-    """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
+    """Write pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
     x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     for i in range(state.angle.shape[0]):
         gx, gy = mass_centre(chain, work, i)
@@ -72,8 +72,7 @@ def forward_kinematics(chain: Chain, state, work):
 
 @kernel
 def damping_weight(chain: Chain, step):
-    """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order
-    there.
+    """Return the fraction of a step at which bushing damping is evaluated: half, where its error is of second order.
 
     Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot:
     it ends at zero then (`scene.step.step_limits`).
@@ -86,7 +85,7 @@ def damping_weight(chain: Chain, step):
 
 @kernel
 def joint_differences(values, out):
-    """Value of the outboard body less that of the inboard one at every joint, the cut joint last."""
+    """Write the value of the outboard body less that of the inboard one at every joint, the cut joint last."""
     last = values.shape[0] - 1
     for i in range(last):
         out[i] = values[i + 1] - values[i]
@@ -95,14 +94,14 @@ def joint_differences(values, out):
 
 @kernel
 def joint_angles(state: State, out):
-    """Angle of every joint, rad."""
+    """Write the angle of every joint, rad."""
     joint_differences(state.angle, out)
     out[-1] -= 2.0 * np.pi  # a clockwise loop: angles fall by a full rotation along the chain
 
 
 @kernel
 def bushing_torques(chain: Chain, state, work, ahead=0.0):
-    """Torque of every bushing and the joint rates it was taken at; the spring ``ahead`` seconds later (s)."""
+    """Write torques of bushings and the joint rates that they use; springs are taken ``ahead`` seconds later."""
     joint_differences(state.rate, work.joint_rate)
     joint_angles(state, work.torque)
     for i in range(work.torque.shape[0]):
@@ -116,7 +115,7 @@ SLOW = 0.1
 
 @kernel
 def bearing_drag(wheels: Wheels, wheel, rate, carried):
-    """Torque against a wheel's rotation over its rate (rad/s), N m s/rad.
+    """Return the drag coefficient of a wheel's bearing: torque over its rate (rad/s), N m s/rad.
 
     A viscous term, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
     resistance, ``rolling`` times the sum of the links' normal forces (``carried``, (w,), N).
@@ -130,9 +129,9 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
 
 @kernel
 def add_moments(state: State, work: Work, step, branches):
-    """Moments of the branches into ``work.torque``: as they are, or at the end of a step of ``step`` seconds.
+    """Add the moments of the Maxwell elements to ``work.torque``, now or at the end of a step of ``step`` seconds.
 
-    The latter takes the rates as they are; what the step adds to them is left to the sweep (`added_damping`).
+    The latter takes the present rates; the sweep accounts for their change in the step (`added_damping`).
     ``branches`` is ``model.branches``.
     """
     for b in range(branches.time.shape[0]):
@@ -144,7 +143,7 @@ def add_moments(state: State, work: Work, step, branches):
 
 @kernel
 def added_damping(step, branches):
-    """Sum of the moments at the end of a step for a unit rate over it, N m s/rad."""
+    """Return the sum of the moments at the end of a step for a unit rate over it, N m s/rad."""
     total = 0.0
     for b in range(branches.time.shape[0]):
         total += branches.stiffness[b] * branches.time[b] * (1.0 - exp(-step / branches.time[b]))
@@ -153,7 +152,7 @@ def added_damping(step, branches):
 
 @kernel
 def relax(model: Model, state: State, work: Work, row, branches):
-    """Moments at the end of the step just taken, its loss into ``state.work_done[row]``, rates to ``joint_rate``."""
+    """Advance the moments over the last step; add its loss to ``state.work_done[row]``, its rates to ``joint_rate``."""
     if branches.time.shape[0] == 0:
         return
     rate, lost, h = work.joint_rate, work.joint_loss, model.step
@@ -176,7 +175,7 @@ def relax(model: Model, state: State, work: Work, row, branches):
 
 @kernel
 def add_rates(state: State, work: Work, out, first, row, branches):
-    """Rates of the moments behind the powers in ``out`` from ``first`` on; what is lost, to that of ``row``."""
+    """Write the rates of the moments behind the powers in ``out`` from ``first`` on; add the loss to ``row``."""
     n, behind = state.branch.shape[1], first + state.work_done.shape[0]
     for b in range(branches.time.shape[0]):
         k, time = branches.stiffness[b], branches.time[b]
@@ -188,7 +187,7 @@ def add_rates(state: State, work: Work, out, first, row, branches):
 
 @kernel
 def stored(state: State, branches):
-    """Energy in the springs of the branches, J."""
+    """Return the energy in the springs of the Maxwell elements, J."""
     total = 0.0
     for b in range(branches.time.shape[0]):
         for i in range(state.branch.shape[1]):

@@ -19,13 +19,13 @@ from trackdyn.model.constants import Chain
 
 @inlined
 def response_to(columns, i, load):
-    """Row ``i`` of what a cut load ``[lambda_x, lambda_y, lambda_m]`` adds to accelerations."""
+    """Return row ``i`` of the accelerations due to a cut load ``[lambda_x, lambda_y, lambda_m]``."""
     return columns[i, 0] * load[0] + columns[i, 1] * load[1] + columns[i, 2] * load[2]
 
 
 @inlined
 def closing_load(inverse, gap_x, gap_y):
-    """Cut load whose acceleration of the gap is the opposite of a given one; ``inverse`` of the closure matrix."""
+    """Return the cut load that cancels an acceleration of the gap; ``inverse`` is that of the closure matrix."""
     return (
         -(inverse[0, 0] * gap_x + inverse[0, 1] * gap_y),
         -(inverse[1, 0] * gap_x + inverse[1, 1] * gap_y),
@@ -35,7 +35,7 @@ def closing_load(inverse, gap_x, gap_y):
 
 @kernel
 def accelerations(chain: Chain, state, work: Work, implicit_damping):
-    """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
+    """Compute the response of every acceleration to the cut load, and the load that closes the cut.
 
     Of ``state``, ``rate`` is read; of ``work``,
     ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
@@ -48,14 +48,14 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping):
 
 @fused
 def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
-    """Response of every acceleration to the load of the cut joint; ``implicit_damping`` as in `accelerations`.
+    """Compute the response of every acceleration to the cut load; ``implicit_damping`` as in `accelerations`.
 
     ``implicit`` (`model.arrays.ImplicitWork` or None) has the slopes of the contact forces of a linearly implicit step:
-    they add to the inertia, and every wheel that turns freely gets a column beside the four.
+    they add to the inertia, and every wheel that turns freely gets a column after the four.
 
-    A body hands on to the next one what only a chain of some twenty dependent operations gives, which is what a sweep
-    costs. Two sweeps, from both ends of the chain to its middle, share no operand, and a processor works on both at
-    once. With ``implicit`` one sweep takes all bodies.
+    The cost of a sweep is the latency of some twenty dependent operations per body. Two sweeps, from both ends of the
+    chain to its middle, share no operand, and a processor works on both at once. With ``implicit`` one sweep takes
+    all bodies.
     """
     n = state.rate.shape[0]
     middle = (n + 1) // 2 if implicit is None else n
@@ -93,14 +93,14 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
 
 @fused
 def _arms(chain: Chain, work: Work, i):
-    """From a body's input pin to its mass centre and to its output pin, m."""
+    """Return the arms from a body's input pin to its mass centre and to its output pin, m."""
     gx, gy = mass_centre(chain, work, i)
     return gx, gy, chain.length[i] * work.cos[i], chain.length[i] * work.sin[i]
 
 
 @fused
 def _add_body(chain: Chain, work: Work, i, turning, s, e):
-    """Newton's and Euler's equations about the input of a body (A.2 in the plane): ``S - B``, and its loads into E.
+    """Add Newton's and Euler's equations about the input of a body (A.2 in the plane): ``S - B``, and its loads to E.
 
     ``turning`` is the arm of its mass centre (m) and the square of its rate (rad2/s2).
     """
@@ -120,7 +120,7 @@ def _add_body(chain: Chain, work: Work, i, turning, s, e):
 
 @fused
 def _shift(dx, dy, w2, s, e):
-    """The relation at a point of a body from that at another, ``(dx, dy)`` before it: ``T' S T`` and ``T' E``.
+    """Transfer the relation to a point of a body from one ``(dx, dy)`` before it: ``T' S T`` and ``T' E``.
 
     The first point's acceleration is ``T z_b + w^2 d``, its second term centripetal.
     """
@@ -149,7 +149,7 @@ def _shift(dx, dy, w2, s, e):
 
 @fused
 def _hinge(gain, joint, torque, implicit_damping, s, e):
-    """The relation on the other side of a joint, whose torque pulls at this side; keeps the joint's row of ``gain``.
+    """Transfer the relation across a joint, whose torque acts on this side; store the joint's row of ``gain``.
 
     ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``; of the third row no more than ``q = -h c / D`` goes over.
     """
@@ -176,7 +176,7 @@ def _hinge(gain, joint, torque, implicit_damping, s, e):
 
 @fused
 def _meet(work: Work, s, e, behind_s, behind_e, implicit):
-    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
+    """Solve for ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
     s11, s12, s13, s22, s23, s33 = s
     t11, t12, t13, t22, t23, t33 = behind_s
     factor = factored(-(s11 + t11), -(s12 + t12), -(s13 + t13), -(s22 + t22), -(s23 + t23), -(s33 + t33))
@@ -190,7 +190,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 @fused
 def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
-    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
+    """Substitute back from the middle, where the sweeps met, to both ends: four columns of acceleration a body."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
     gain, response, end, base = swept.gain, swept.response, swept.end, swept.base
@@ -230,7 +230,7 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
 
 @fused
 def _beyond(gain, joint, x, y, a):
-    """Angular acceleration on the side of a joint that the sweep came from; columns of that on the other."""
+    """Return columns of the angular acceleration beyond a joint, on the side that the sweep came from."""
     p1, p2, q = gain[joint, 0], gain[joint, 1], gain[joint, 2]
     return (
         q * a[0] - p1 * x[0] - p2 * y[0] - gain[joint, 3],
@@ -242,7 +242,7 @@ def _beyond(gain, joint, x, y, a):
 
 @fused
 def _moved(dx, dy, w2, x, y, a):
-    """Columns of the acceleration of the point ``(dx, dy)`` before another of the same body."""
+    """Return columns of the acceleration of the point ``(dx, dy)`` before another of the same body."""
     return (
         (x[0] + dy * a[0], x[1] + dy * a[1], x[2] + dy * a[2], x[3] + (dy * a[3] + w2 * dx)),
         (y[0] - dx * a[0], y[1] - dx * a[1], y[2] - dx * a[2], y[3] - (dx * a[3] - w2 * dy)),
@@ -251,7 +251,7 @@ def _moved(dx, dy, w2, x, y, a):
 
 @kernel
 def close(compliance, shift_x, shift_y, cut_torque, implicit_damping, work: SweepWork):
-    """Load of the cut: the two position rows and the torque law of the cut joint.
+    """Solve for the cut load: the two position rows and the torque law of the cut joint.
 
     A rigid cut has no compliance and no shift. A compliant one, ``lambda = f + z (end'' - base'')``, has ``1 / z`` and
     the shift ``f / z``: ``(end'' - base'') - lambda / z = -f / z``.
@@ -268,7 +268,7 @@ def close(compliance, shift_x, shift_y, cut_torque, implicit_damping, work: Swee
 
 @kernel
 def invert_closure(compliance, implicit_damping, work: SweepWork):
-    """Inverse of the closure matrix: gap acceleration (less ``compliance`` times the load) and torque law."""
+    """Invert the closure matrix: gap acceleration (less ``compliance`` times the load) and torque law."""
     end = work.end
     response = work.response
     n = response.shape[0]
@@ -300,7 +300,7 @@ def invert_closure(compliance, implicit_damping, work: SweepWork):
 
 @fused
 def accelerate(chain: Chain, state, work: Work, last):
-    """Accelerations of all bodies under the load of the cut, and of the input pins up to that of body ``last``."""
+    """Compute accelerations of all bodies under the cut load, and of the input pins up to that of body ``last``."""
     alpha, rate, response, base = work.alpha, state.rate, work.sweep.response, work.sweep.base
     load = work.sweep.load[0], work.sweep.load[1], work.sweep.load[2]
     ax, ay = response_to(base, 0, load) + base[0, 3], response_to(base, 1, load) + base[1, 3]

@@ -1,7 +1,7 @@
 """Columns of the wheels in the sweep of a linearly implicit step (`chain.riccati`, `chain.implicit`).
 
 Friction on a wheel that turns freely couples the bodies on it to the wheel's acceleration: the relation of the sweep
-gets a column for every wheel but the sprocket, beside the three of the cut load and the constant one.
+gets a column for every wheel but the sprocket, after the three of the cut load and the constant one.
 """
 
 from trackdyn.chain.cholesky import solve_factored
@@ -11,7 +11,7 @@ from trackdyn.model.arrays import Work
 
 @fused
 def add_slopes(implicit, i, dx, dy, s):
-    """Slopes of the contact forces on a body into S, its coupling into the wheels' columns, and these to its output."""
+    """Add the contact slopes of a body to S and its coupling to the wheels' columns; shift these to its output."""
     slopes, column = implicit.inertia, implicit.column
     for wheel in range(1, column.shape[0]):
         for r in range(3):
@@ -29,7 +29,7 @@ def add_slopes(implicit, i, dx, dy, s):
 
 @fused
 def hinge_columns(implicit, joint, s, implicit_damping):
-    """The wheels' columns on the other side of a joint, as in `riccati._hinge`."""
+    """Transfer the wheels' columns across a joint, as in `riccati._hinge`."""
     column = implicit.column
     d = 1.0 / (s[5] - implicit_damping)
     for wheel in range(1, column.shape[0]):
@@ -42,7 +42,7 @@ def hinge_columns(implicit, joint, s, implicit_damping):
 
 @fused
 def meet_columns(implicit, factor):
-    """The wheels' columns of the acceleration where the sweeps meet, into ``implicit.end``, and on the way back."""
+    """Solve for the wheels' columns of acceleration where the sweeps meet, into ``implicit.end`` and ``column``."""
     column, end = implicit.column, implicit.end
     implicit.row[:, :] = 0.0
     for wheel in range(1, column.shape[0]):
@@ -53,7 +53,7 @@ def meet_columns(implicit, factor):
 
 @fused
 def return_columns(implicit, work: Work, i, arm, motion):
-    """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
+    """Shift the wheels' columns from a body's output to its input; add the body to the row of each wheel.
 
     ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
     """

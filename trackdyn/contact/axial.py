@@ -5,7 +5,8 @@ ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); the
 and normal as in planar motion, their z is the axial offset ``l_z``. The overlap of Eq. 19,
 ``L = clip(contact length + overhang - |l_z|, 0, contact length)``, scales the stiffness. Normal and tangent lie in the
 wheel's plane; the axial slip is the z component of the relative velocity of the two material points. The force acts in
-the middle plane of the chain, where depth and slip are taken: what it does is then what the contact stores and loses.
+the middle plane of the chain, where depth and slip are taken: its work is then the energy that the contact stores and
+loses.
 ``space`` is None in planar motion: then the wheel's frame is the inertial one and nothing is computed.
 """
 
@@ -17,7 +18,7 @@ from trackdyn.model.constants import INDEPENDENT, Space
 
 @kernel
 def to_wheel_frame(space, wheel, x, y, z):
-    """Components of a vector in the wheel's frame from those in the plane's (`model.arrays.SpaceWork`)."""
+    """Transform a vector from the plane's frame to the wheel's (`model.arrays.SpaceWork`)."""
     if space is None:
         return x, y, z
     b = space.relative
@@ -30,7 +31,7 @@ def to_wheel_frame(space, wheel, x, y, z):
 
 @kernel
 def to_plane_frame(space, wheel, x, y, z):
-    """Components of a vector in the plane's frame from those in the wheel's."""
+    """Transform a vector from the wheel's frame to the plane's."""
     if space is None:
         return x, y, z
     b = space.relative
@@ -43,7 +44,7 @@ def to_plane_frame(space, wheel, x, y, z):
 
 @kernel
 def wheel_centre(model, space, wheel):
-    """Centre of a wheel in its own frame, m."""
+    """Return the centre of a wheel in its own frame, m."""
     if space is None:
         return model.wheels.x[wheel], model.wheels.y[wheel], 0.0
     centre = model.space.centre
@@ -52,7 +53,7 @@ def wheel_centre(model, space, wheel):
 
 @kernel
 def centre_in_plane(model, space, wheel):
-    """Centre of a wheel in the plane's frame, m."""
+    """Return the centre of a wheel in the plane's frame, m."""
     if space is None:
         return model.wheels.x[wheel], model.wheels.y[wheel], 0.0
     return space.centre[wheel, 0], space.centre[wheel, 1], space.centre[wheel, 2]
@@ -60,7 +61,7 @@ def centre_in_plane(model, space, wheel):
 
 @kernel
 def height(state, space):
-    """Offset of the chain's plane along its normal, m."""
+    """Return the offset of the chain's plane along its normal, m."""
     if space is None:
         return 0.0
     return state.plane.motion[OFFSET]
@@ -68,7 +69,7 @@ def height(state, space):
 
 @kernel
 def normal_velocity(state, space, x, y):
-    """Velocity of the chain's plane along its normal at a point, m/s."""
+    """Return the velocity of the chain's plane along its normal at a point, m/s."""
     if space is None:
         return 0.0
     motion = state.plane.motion
@@ -77,7 +78,7 @@ def normal_velocity(state, space, x, y):
 
 @kernel
 def overlap_ratio(space, kind, offset):
-    """Share of the contact length that is left at an axial ``offset`` (m): Eq. 19 with its cap; 1 in the plane.
+    """Return the overlapping fraction of the contact length at an axial ``offset`` (m): Eq. 19, capped; 1 in the plane.
 
     ``space`` is ``model.space``.
     """
@@ -90,7 +91,7 @@ def overlap_ratio(space, kind, offset):
 
 @kernel
 def friction_coefficients(space, law, slip, axial_slip):
-    """Signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip.
+    """Return signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip.
 
     ``space`` is ``model.space``.
     """
@@ -102,7 +103,7 @@ def friction_coefficients(space, law, slip, axial_slip):
 
 @kernel
 def guide_force(space: Space, offset, speed):
-    """Force of a centre guide along the wheel's axis: a spring and damper beyond its play that only push, N.
+    """Return the axial force of a guide on its connector, N: spring and damper beyond its play, never in tension.
 
     ``offset`` (m) is that of the connector's middle and ``speed`` (m/s) its rate.
     """

@@ -1,7 +1,7 @@
-"""Who touches whom: arcs near the sprocket and their grooves, links near a wheel, guides (Fig. 11, Fig. 12).
+"""Contact detection: arcs near the sprocket and their grooves, links near a wheel, guides (Fig. 11, Fig. 12).
 
-One statement serves the plane and space (`contact.axial`): places are looked up in the frame of the wheel, which in
-the plane is the inertial one.
+The same code serves planar motion and motion in space (`contact.axial`): points are taken in the frame of the wheel,
+which in the plane is the inertial one.
 """
 
 from math import cos as cosine
@@ -16,7 +16,7 @@ from trackdyn.model.constants import SPROCKET, Model, Tooth
 
 @kernel
 def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
-    """Groove and area that an arc's centre is in (0: no contact), depth (m), normal in the wheel's frame, radius (m).
+    """Return groove, area (0: no contact), depth (m), normal in the wheel's frame and radius (m) of an arc's contact.
 
     ``groove`` holds the grooves that arcs touched last, ``cos, sin`` are of the sprocket's angle. Each arc searches the
     groove that its own centre is in: tips are shared by neighbours.
@@ -32,10 +32,10 @@ def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
 
 @kernel
 def tooth_loads(model: Model, state: State, work: Work, space, implicit):
-    """Contact of every arc near the sprocket with its groove (Fig. 11).
+    """Add the contact of every arc near the sprocket with its groove (Fig. 11).
 
-    Steel on steel the force rises within a few steps, and what the last step changed says little of this one:
-    velocities are led by it less what the force has grown since, which the chain meets with its own mass alone.
+    Steel on steel the force rises within a few steps, so the last step predicts little of this one: the predicted
+    velocity is corrected for the growth of the force since, resisted by the mass of the chain only.
     """
     chain, shoes, tooth, law = model.chain, model.shoes, model.tooth, model.tooth.law
     cs = cosine(state.wheel_angle[SPROCKET])
@@ -93,7 +93,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def wheel_loads(model: Model, state: State, work: Work, space, implicit):
-    """Contact of every link near a wheel with it (Fig. 12)."""
+    """Add the contact of every link near a wheel with it (Fig. 12)."""
     shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
     prediction = forces.PREDICTION if implicit is None else 0.0
     z = axial.height(state, space)
@@ -144,7 +144,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def guide_loads(model: Model, state: State, work: Work, space, implicit):
-    """Centre guides of the connectors between the flanges of the wheels."""
+    """Add the forces of the connectors' centre guides between the flanges of the wheels."""
     shoes = model.shoes
     z = axial.height(state, space)
     for wheel in range(model.wheels.x.shape[0]):
@@ -177,10 +177,11 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
-    """Contact loads on bodies and wheels at the present state.
+    """Compute contact loads on bodies and wheels at the present state.
 
     ``space`` is ``work.space`` with the wheels as seen from the plane (`integrate.plane.update_frame`); with
-    ``implicit`` the forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
+    ``implicit`` the forces are extrapolated to the end of the step and their slopes summed for the linearly implicit
+    sweep.
     """
     work.force_x[:] = 0.0
     work.force_y[:] = 0.0

@@ -1,4 +1,4 @@
-"""One contact: motion of its point, the forces of its laws, and where they go (Eqs. 8 to 11, 31, 32, 38, 39).
+"""One contact: motion of its point, forces of its laws, and their loads (Eqs. 8 to 11, 31, 32, 38, 39).
 
 Points and normals are in the frame of the wheel that is touched (`contact.axial`), which in the plane is the inertial
 one. ``implicit`` is the work of a linearly implicit step or None, ``space`` that of motion in space or None.
@@ -13,16 +13,16 @@ from trackdyn.jit import inlined, kernel
 from trackdyn.model.arrays import GUIDE, OFFSET, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
 
-# Part of a linearly implicit step at which contact depths are taken: half way is stable for any
+# Fraction of a linearly implicit step at which contact depths are taken: half way is stable for any
 # stiffness and loses half the energy that the end of the step would.
 AHEAD = 0.5
-# Part of the last step's change that other steps of order 1 add to velocities: damping forces would otherwise lag half
-# a step behind the places that they are taken at.
+# Fraction of the last step's change that other steps of order 1 add to velocities: damping forces would otherwise lag
+# half a step behind the positions.
 PREDICTION = 0.5
 
 
 class ContactPoint(NamedTuple):
-    """The point at which a body touches a wheel, in the wheel's frame."""
+    """Point at which a body touches a wheel, in the wheel's frame."""
 
     body: int
     wheel: int
@@ -52,16 +52,16 @@ class Penetration(NamedTuple):
 
 @inlined
 def mass_centre_arm(chain, work, body, x, y):
-    """Arm of a point from a body's mass centre, m."""
+    """Return the arm of a point from a body's mass centre, m."""
     gx, gy = mass_centre(chain, work, body)
     return x - (work.pin_x[body] + gx), y - (work.pin_y[body] + gy)
 
 
 @kernel
 def point_velocity(state, work, space, body, point, arm, prediction):
-    """Velocity of a body's point with a part of the last step's change, in the plane's frame, m/s.
+    """Return the velocity of a body's point with a fraction of the last step's change, in the plane's frame, m/s.
 
-    ``point`` is its position, ``arm`` its x and y from the mass centre, m; ``prediction`` the part.
+    ``point`` is its position, ``arm`` its x and y from the mass centre, m; ``prediction`` the fraction.
     """
     (x, y, z), (ax, ay) = point, arm
     w, dw = state.rate[body], prediction * work.delta_omega[body]
@@ -76,7 +76,7 @@ def point_velocity(state, work, space, body, point, arm, prediction):
 
 @kernel
 def wheel_velocity(state: State, carriers, wheel, past):
-    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier; ``past`` is the weight of the step before."""
+    """Return the velocity of a wheel's centre, m/s, 0 without a suspension; ``past`` is the weight of the last step."""
     k = carriers.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
@@ -88,9 +88,9 @@ def wheel_velocity(state: State, carriers, wheel, past):
 
 @kernel
 def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
-    """Velocity of a body's point over the wheel's at the same place, in the wheel's frame, m/s.
+    """Return the velocity of a body's point relative to the wheel, in the wheel's frame, m/s.
 
-    ``velocity`` is that of the body's point in the plane's frame, ``ox, oy`` the place from the wheel's centre, m.
+    ``velocity`` is that of the body's point in the plane's frame, ``ox, oy`` the point from the wheel's centre, m.
     """
     vx, vy, vz = velocity
     vx, vy, vz = to_wheel_frame(space, wheel, vx, vy, vz)
@@ -101,13 +101,13 @@ def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
 
 @inlined
 def friction_secant(force, mu, slip):
-    """Friction over slip (N s/m) under a normal force."""
+    """Return friction over slip (N s/m) under a normal force."""
     return force * abs(mu) / max(abs(slip), 1e-9)
 
 
 @inlined
 def normal_ahead(force, stiffness, damping, speed, step):
-    """Normal force led ahead by its slopes (N), and what a unit acceleration in the step adds to it (kg)."""
+    """Return the normal force ahead by its slopes (N), and its change per unit of acceleration in the step (kg)."""
     force += AHEAD * step * stiffness * speed
     if force <= 0.0:
         return 0.0, 0.0
@@ -144,7 +144,7 @@ def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
 
 @kernel
 def add_in_space(space, point, arm, load, from_centre, wheel_load):
-    """Loads of a contact across the plane of the chain, and on the bearing of its wheel.
+    """Add the loads of a contact across the plane of the chain, and on the bearing of its wheel.
 
     ``arm`` from the body's mass centre (m) and ``load`` (N) are in the plane's frame, ``from_centre`` of the wheel and
     ``wheel_load`` the same force in the wheel's.
@@ -193,7 +193,7 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
 
 @kernel
 def shear_after_step(model: Model, state: State, point: ContactPoint, law: Law, slip, normal):
-    """Elastic displacement of a link along a wheel under Dahl's law at this state, m.
+    """Return the elastic displacement of a link along a wheel under Dahl's law at this state, m.
 
     Taken over the last step at the slip (m/s) of the velocity that moved the link in it, and once a step. A contact
     that begins has none.
@@ -210,7 +210,7 @@ def shear_after_step(model: Model, state: State, point: ContactPoint, law: Law, 
 
 @kernel
 def shear_energy(model: Model, state: State, wheel):
-    """Energy of the elastic displacements of the links on a wheel under Dahl's law, J."""
+    """Return the energy of the elastic displacements of the links on a wheel under Dahl's law, J."""
     stiffness, (links, count) = model.wheels.law[wheel]["shear_stiffness"], state.wheel_impact.shape
     energy = 0.0
     if stiffness > 0.0:
@@ -223,7 +223,7 @@ def shear_energy(model: Model, state: State, wheel):
 
 @kernel
 def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
-    """Forces at ``point`` under ``penetration`` into the loads and onto the contact list.
+    """Add the forces at ``point`` under ``penetration`` to the loads and the contact list.
 
     Returns the normal force at this state, N.
     """

@@ -1,5 +1,7 @@
-"""One contact on plain numbers: normal and friction laws (Eqs. 8 to 11), and which of the ten areas of a groove an arc
-of the connector touches (Eqs. 12 to 34), and where a link is nearest to a wheel, in the plane.
+"""Contact laws and geometry in the plane, on plain numbers.
+
+Normal and friction laws (Eqs. 8 to 11), the area of a groove that an arc of the connector touches (Eqs. 12 to 34), and
+the closest point of a link to a wheel's centre.
 """
 
 from math import atan2, copysign, exp, floor, pi, sqrt
@@ -13,7 +15,7 @@ FORMS = {"cylinders": 0}
 
 @kernel
 def elastic_force(law: Law, depth, radius):
-    """Elastic term (N) of a law at a penetration ``depth`` (m), and its local power ``d ln F / d ln depth``.
+    """Return the elastic term (N) at a penetration ``depth`` (m), and its local power ``d ln F / d ln depth``.
 
     Eq. 8 has ``(pi/2) L E* d sqrt(d / (2 (R + d)))``. ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for
     external contact, m. Another of the `FORMS` is chosen here by ``law.form``.
@@ -24,7 +26,7 @@ def elastic_force(law: Law, depth, radius):
 
 @kernel
 def force_and_slopes(law: Law, depth, speed, impact_speed, radius):
-    """Normal force of Eq. 8 (N), and its slopes with the penetration (N/m) and with its velocity (N s/m).
+    """Return the normal force of Eq. 8 (N), and its slopes with the penetration (N/m) and with its velocity (N s/m).
 
     ``depth`` (m, positive) is the penetration, ``speed`` (m/s, positive while it grows) its velocity and
     ``impact_speed`` the initial one. Where the bracket is clipped the force has no slope with the velocity.
@@ -38,7 +40,7 @@ def force_and_slopes(law: Law, depth, speed, impact_speed, radius):
 
 @kernel
 def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
-    """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + compliance F(v) = speed``.
+    """Solve ``v + compliance F(v) = speed`` with the force F of Eq. 8 for the penetration velocity v, m/s.
 
     ``elastic`` is the elastic force (N), ``compliance`` the change of the velocity per unit of force, m/s/N.
     F grows with v, piece by piece in proportion: there is one v.
@@ -55,7 +57,7 @@ def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
 
 @kernel
 def wheel_law(wheels: Wheels, wheel):
-    """Law of the links on a wheel."""
+    """Return the law of the links on a wheel."""
     row = wheels.law[wheel]
     return Law(
         form=row["form"], stiffness=row["stiffness"], loss=row["loss"], friction_static=row["friction_static"],
@@ -66,7 +68,7 @@ def wheel_law(wheels: Wheels, wheel):
 
 @kernel
 def tanh(x):
-    """Hyperbolic tangent of ``x >= 0`` to two units in the last place, at half the cost of the library's.
+    """Return the hyperbolic tangent of ``x >= 0`` to two units in the last place, at half the cost of the library's.
 
     A rational function below 0.625 (S. L. Moshier, Cephes, tanh.c), above it the exponential.
     """
@@ -80,25 +82,25 @@ def tanh(x):
 
 @kernel
 def sheared(law: Law, shear, slip, normal, step):
-    """Elastic displacement (m) of Dahl's law after ``step`` seconds of a slip (m/s), and its slope with the slip (s).
+    """Return Dahl's elastic displacement (m) after ``step`` seconds of a slip (m/s), and its slope with the slip (s).
 
     The surface gives way by ``shear`` before it slides: the friction force is ``-k shear`` with the shear stiffness k,
     and ``d shear / dt = slip - |slip| shear / limit`` with the ``limit`` mu_s N / k at which all of it slides
     (P. R. Dahl, AIAA Journal 14 (1976) 1675, his exponent 1). Under a constant ``normal`` force (N) and slip this is
-    the exact solution. There is no velocity in it: how far the link went matters, not how fast.
+    the exact solution. The force depends on the path of the link, not on its speed.
     """
     limit = law.friction_static * normal / law.shear_stiffness
     if limit <= 0.0:
         return 0.0, 0.0
     end = copysign(limit, slip)
-    start = min(max(shear, -limit), limit)  # what a smaller force lets go
+    start = min(max(shear, -limit), limit)  # a smaller force releases the excess
     rest = exp(-abs(slip) * step / limit)
     return end + (start - end) * rest, step * (1.0 - start / end) * rest
 
 
 @kernel
 def friction_coefficient(law: Law, slip):
-    """Signed coefficient of Eq. 10 at the slip velocity (m/s): the friction force is against the slip."""
+    """Return the signed coefficient of Eq. 10 at the slip velocity (m/s): the friction force is against the slip."""
     if law.friction_static == 0.0:
         return 0.0
     x = abs(slip) / law.transition_velocity
@@ -109,7 +111,7 @@ def friction_coefficient(law: Law, slip):
 
 @kernel
 def stored_impact_speed(stored, speed, floor):
-    """Initial impact velocity of a contact: the stored one, or ``speed`` (m/s) where it begins now."""
+    """Return the initial impact velocity of a contact: the stored one, or ``speed`` (m/s) if it begins now."""
     if stored > 0.0:
         return stored
     return max(abs(speed), floor)
@@ -117,7 +119,7 @@ def stored_impact_speed(stored, speed, floor):
 
 @kernel
 def groove_index(teeth, x, y):
-    """Index k (1 to m) of the groove over the point (x, y) of the sprocket frame (Eqs. 16, 17)."""
+    """Return the index k (1 to m) of the groove at the point (x, y) of the sprocket frame (Eqs. 16, 17)."""
     gamma = atan2(y, x)
     if gamma < 0.0:
         gamma += 2.0 * pi
@@ -127,7 +129,7 @@ def groove_index(teeth, x, y):
 
 @kernel
 def in_groove(tooth: Tooth, k, cos, sin, x, y):
-    """Direction of groove k of a sprocket turned by ``cos, sin``, and a point in its frame; groove 0 holds none."""
+    """Return the direction of groove k of a sprocket turned by ``cos, sin``, and a point in its frame; 0 holds none."""
     if k == 0:
         return 1.0, 0.0, 1.0, 0.0
     ck = cos * tooth.groove_cos[k - 1] - sin * tooth.groove_sin[k - 1]
@@ -137,7 +139,7 @@ def in_groove(tooth: Tooth, k, cos, sin, x, y):
 
 @kernel
 def find_area(tooth: Tooth, x, y):
-    """Area touched by an arc centred at (x, y) of the groove frame, depth (m), normal and radius R (m).
+    """Return the area touched by an arc centred at (x, y) of the groove frame, depth (m), normal and radius R (m).
 
     The area, 1 to 10, is the first annular sector of the search order that holds the point (Eqs. 20 to 23), 0 if none;
     the depth is that of Eqs. 29 and 33, the unit normal that of the force on the connector in the groove frame, and R
@@ -171,10 +173,10 @@ def find_area(tooth: Tooth, x, y):
 
 @kernel
 def foot(ax, ay, bx, by, cx, cy):
-    """Point of a segment nearest to the wheel's centre C (``cx, cy``): vertical, left-end or right-end case.
+    """Return the closest point of a segment to the wheel's centre C (``cx, cy``): vertical, left-end or right-end case.
 
-    The segment has the ends A (``ax, ay``) and B (``bx, by``), m. Returned are the foot parameter before it is limited
-    (0 to 1 vertical, below 0 end A, above 1 end B), the contact point Q on AB and its distance from C, m.
+    The segment has the ends A (``ax, ay``) and B (``bx, by``), m. Returns the parameter of the closest point before it
+    is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact point Q on AB and its distance from C, m.
     """
     ux = bx - ax
     uy = by - ay

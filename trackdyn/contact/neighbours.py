@@ -1,8 +1,8 @@
-"""Who may touch whom: lists of the arcs and links close to a wheel, kept until something has moved too far.
+"""Neighbour lists: arcs and links close to a wheel, valid until something has moved too far.
 
 A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs
-closer than ``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as
-far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
+closer than ``MARGIN`` to their contact and are made anew as soon as the motion of pins, wheels and the chain's plane
+together could exceed it (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
 """
 
 from math import sqrt
@@ -15,14 +15,14 @@ from trackdyn.model.constants import SPROCKET, Model
 
 # m; a link moves as far in a hundred steps
 MARGIN = 8e-3
-# Parts of it that pins, wheels and the plane may use up. Arcs and ends of links stand at most half a body's length
+# Fractions of it for the motion of pins, wheels and the plane. Arcs and ends of links are at most half a body's length
 # beyond its pins, so that they move at most twice as far as the pins do.
 PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 
 
 @kernel
 def update(model: Model, state: State, work: Work, space):
-    """Make the lists anew if they do not hold any more; what leaves them touches nothing."""
+    """Make the lists anew if they no longer hold; an arc or link that leaves them has no contact."""
     work.candidates.count[2] = 0
     if _hold(model, state, work, space):
         return
@@ -77,7 +77,7 @@ def update(model: Model, state: State, work: Work, space):
 
 @kernel
 def _hold(model: Model, state: State, work: Work, space):
-    """Whether nothing has moved too far since the lists were made."""
+    """Return whether the motion since the lists were made is within the margin."""
     candidates = work.candidates
     if candidates.count[0] < 0:
         return False

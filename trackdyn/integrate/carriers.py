@@ -1,7 +1,7 @@
-"""Wheels on springs: sliders and trailing arms that move under the contact forces of the chain.
+"""Suspensions of wheels: sliders and trailing arms that move under the contact forces of the chain.
 
-A carrier has one coordinate q from its rest position: the way of a slider (m) or the turn of an arm (rad). Its wheel's
-position is ``P(q)``, and ``T = dP/dq`` takes forces to the coordinate.
+A suspension (``carrier`` in the code) has one coordinate q from its rest position: the displacement of a slider (m) or
+the rotation of an arm (rad). Its wheel's position is ``P(q)``, and ``T = dP/dq`` projects forces onto the coordinate.
 """
 
 from math import cos, sin
@@ -13,7 +13,7 @@ from trackdyn.model.constants import Carriers, Model
 
 @kernel
 def along(carriers: Carriers, k, q):
-    """``T``: x and y of the wheel's velocity at unit rate of carrier ``k``."""
+    """Return ``T``, x and y of the wheel's velocity at unit rate of suspension ``k``."""
     if carriers.arm[k] == 0:
         return carriers.along_x[k], carriers.along_y[k]
     c, s = cos(q), sin(q)
@@ -22,7 +22,7 @@ def along(carriers: Carriers, k, q):
 
 @kernel
 def place_wheel(model: Model, carriers: Carriers, k, q):
-    """Put the wheel of carrier ``k`` where its coordinate says."""
+    """Place the wheel of suspension ``k`` at the coordinate ``q``."""
     wheel = carriers.wheel[k]
     tx, ty = along(carriers, k, q)
     if carriers.arm[k] == 0:
@@ -35,7 +35,7 @@ def place_wheel(model: Model, carriers: Carriers, k, q):
 
 @kernel
 def push(work: Work, wheel):
-    """Force of the chain on a wheel, x and y, N."""
+    """Return the contact force of the chain on a wheel, x and y, N."""
     fx = fy = 0.0
     for k in range(work.count[0]):
         row = work.contact[k]
@@ -47,9 +47,9 @@ def push(work: Work, wheel):
 
 @kernel
 def advance_carriers(model: Model, state: State, work: Work, carriers):
-    """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
+    """Advance the suspensions by semi-implicit Euler, with the dampers at the end of the step.
 
-    At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses.
+    At a stop a suspension loses its velocity; that energy and the damper's work count as bearing losses.
     """
     h = model.step
     for k in range(carriers.wheel.shape[0]):
@@ -81,7 +81,7 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
 
 @kernel
 def carrier_energy(model: Model, state: State, carriers):
-    """Kinetic energy of the carriers, energy of their springs, and of their weight, J."""
+    """Return the kinetic energy of the suspensions, the energy of their springs, and that of their weight, J."""
     kinetic = spring = lifted = 0.0
     for k in range(carriers.wheel.shape[0]):
         q, rate = state.slide[k]["q"], state.slide[k]["rate"]

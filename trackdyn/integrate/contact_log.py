@@ -1,4 +1,4 @@
-"""Contacts while the time runs: one row for every uninterrupted contact of an arc or a link."""
+"""Contact log of a run: one row for every uninterrupted contact of an arc or a link."""
 
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import ContactLog, State, Work
@@ -10,8 +10,8 @@ def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
     """Open, extend or close the interval of every contact of the sprocket after a step.
 
     The force at ``time`` is taken to act for one ``step``. A row that finds no room is counted but
-    not kept, so that the caller can tell. What is not close to the sprocket is looked at only where the lists of
-    `contact.neighbours` are new: it may have left them in contact.
+    not kept, so that the caller can tell. Arcs and links away from the sprocket are checked only when the lists of
+    `contact.neighbours` are new: they may have left the lists in contact.
     """
     candidates = work.candidates
     if candidates.count[2]:
@@ -29,7 +29,7 @@ def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
 
 @kernel
 def _log(contact_log: ContactLog, state: State, work: Work, i, when):
-    """Interval ``3 pitch + side``, the side 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
+    """Update interval ``3 pitch + side`` (0 left arc, 1 right arc, 2 ring); ``when`` is the time and the step, s."""
     time, step = when
     pitch, side = i // 3, i % 3
     entry, last = contact_log.open[i], contact_log.last[i]
@@ -73,10 +73,10 @@ def _log(contact_log: ContactLog, state: State, work: Work, i, when):
 
 @kernel
 def _peak_between(entry, last, force, when):
-    """The top of the parabola through the last three forces, if the one in the middle is their largest.
+    """Raise the peak to the vertex of the parabola through the last three forces, if the middle one is their largest.
 
     A peak passes between two steps: of a sine whose period is nine steps the largest step misses 2 % on average. Where
-    a neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step stands.
+    a neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step is kept.
     """
     time, step = when
     before, middle = last[1], last[0]

@@ -1,4 +1,4 @@
-"""Loads and accelerations of a state: what every integrator asks for."""
+"""Loads and accelerations of a state, for all integrators."""
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
@@ -12,7 +12,7 @@ from trackdyn.model.constants import Model
 
 @kernel
 def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
-    """Contacts and bushings at the present state, led to the end of the step by a linearly implicit integrator."""
+    """Compute loads of contacts and bushings at the present state, or extrapolated to the end of an implicit step."""
     if space is not None:
         update_frame(model, state, space)
     contact_loads(model, state, work, space, implicit)
@@ -23,7 +23,7 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def solve_chain(model: Model, state: State, work: Work, step, implicit):
-    """Accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
+    """Solve for the accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
 
     ``step`` (s) is the one over which bushing damping and a compliant cut are implicit, 0: explicit; ``implicit`` the
     work of the linearly implicit system or None.
@@ -59,7 +59,7 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
 
 @kernel
 def sense(model: Model, state: State, work: Work, space, out):
-    """Acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle, a row of ``out`` each."""
+    """Write the acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle to ``out``."""
     sensors = model.sensors
     for k in range(sensors.body.shape[0]):
         b, x, y = sensors.body[k], sensors.x[k], sensors.y[k]
@@ -81,7 +81,7 @@ def sense(model: Model, state: State, work: Work, space, out):
 
 @kernel
 def accumulate(model: Model, work: Work, sensed, weight):
-    """Take ``sensed`` as the last values of the sensors, and add them times ``weight`` to the sums of the sample."""
+    """Store ``sensed`` as the last values of the sensors, and add it times ``weight`` to the sums of the sample."""
     for sensor in range(model.sensors.body.shape[0]):
         for k in range(3):
             work.sensed[sensor, k] = sensed[sensor, k]

@@ -1,4 +1,4 @@
-"""The account of work: what every force did during a run, and the energies of a state."""
+"""Energy balance: work of every force during a run, and the energies of a state."""
 
 import numpy as np
 
@@ -34,11 +34,11 @@ def _add_work(out, first, row, body, wheel, step):
 
 @kernel
 def account(model: Model, state: State, work: Work, damping_weight, space):
-    """Work of every force over the last step: positions at the start, the mean of the velocities.
+    """Add the work of every force over the last step: positions at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
-    discrete motion: what remains of the balance shows errors of the equations and of the path, not
+    discrete motion: the residual of the balance shows errors of the equations and of the path, not
     of the quadrature. The damping of the bushings acts with the velocities at the fraction ``damping_weight`` of the
     step. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
     """
@@ -69,7 +69,7 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
 
 @kernel
 def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
-    """Contact forces of a linearly implicit step with the terms that its accelerations add.
+    """Complete contact forces of a linearly implicit step with the terms of its accelerations.
 
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the step.
     """
@@ -98,7 +98,7 @@ def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
 
 @kernel
 def powers(model: Model, state: State, work: Work, out, first):
-    """Power of every force at the present state into ``out[first]`` and the entries of work behind it, W."""
+    """Write the power of every force at the present state, W, into the entries of work from ``out[first]`` on."""
     for k in range(arrays.KINETIC):
         out[first + k] = 0.0
     for k in range(work.count[0]):
@@ -114,7 +114,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 
 @kernel
 def energies(model: Model, state: State, work: Work, space, out):
-    """Fill ``out`` with the account of work and the energies of the present state (J)."""
+    """Fill ``out`` with the energy balance and the energies of the present state (J)."""
     chain = model.chain
     for k in range(arrays.KINETIC):
         out[k] = state.work_done[k]
@@ -143,7 +143,7 @@ def energies(model: Model, state: State, work: Work, space, out):
 
 @kernel
 def _add_plane(model: Model, state: State, work: Work, space, out):
-    """Add the out-of-plane kinetic energy and what the tilt changes in the energy of gravity (J)."""
+    """Add the out-of-plane kinetic energy and the change of the gravitational energy by the tilt (J)."""
     chain, along, across, motion, a = (
         model.chain, model.space.along, model.space.across, state.plane.motion, space.attitude,
     )  # fmt: skip

@@ -1,6 +1,6 @@
-"""The integrators and their properties.
+"""Integrators and their properties.
 
-An explicit Runge-Kutta method is its tableau and nothing else. The two methods of order 1 share the step of
+An explicit Runge-Kutta method is defined by its tableau. The two methods of order 1 share the step of
 `integrate.semi_implicit`; the linearly implicit one brings the arrays of its sweep (`chain.implicit`).
 """
 
@@ -25,16 +25,16 @@ class Method(NamedTuple):
     oscillation: float
     decay: float
     tableau: Tableau | None = None  # explicit Runge-Kutta method; None: the step of `integrate.semi_implicit`
-    linearly_implicit: bool = False  # whether slopes of the contacts ride in the sweep
+    linearly_implicit: bool = False  # whether the sweep includes slopes of the contacts
 
     @property
     def staggered(self) -> bool:
-        """Whether velocities belong to the middle of a step and forces to its ends."""
+        """Return whether velocities belong to the middle of a step and forces to its ends."""
         return self.tableau is None and not self.linearly_implicit
 
     @property
     def implicit_damping(self) -> bool:
-        """Whether bushing damping and a compliant cut are implicit in the sweep."""
+        """Return whether bushing damping and a compliant cut are implicit in the sweep."""
         return self.tableau is None
 
 
@@ -42,9 +42,9 @@ class Method(NamedTuple):
 _RK4 = Tableau([[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 1 / 2, 0, 0], [0, 0, 1, 0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
 
 METHODS = {
-    # the slopes of contacts and bushings ride along in the sweep (`chain.implicit`)
+    # the sweep includes the slopes of contacts and bushings (`chain.implicit`)
     "linearly_implicit": Method(order=1, oscillation=inf, decay=inf, linearly_implicit=True),
-    # velocities with the accelerations at the start of the step, places with the new velocities
+    # velocities with the accelerations at the start of the step, positions with the new velocities
     "semi_implicit": Method(order=1, oscillation=2.0, decay=2.0),
     "rk4": Method(order=4, oscillation=2.82, decay=2.78, tableau=_RK4),
 }

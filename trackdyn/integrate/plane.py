@@ -1,8 +1,8 @@
-"""The loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
+"""Motion of the loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
 
 The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P
 to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which does not turn about the
-normal. What lies in the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
+normal. Motion within the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
 w_i)`` in P components. Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
 
 All vectors are held in P components, positions counted from the inertial origin (``A_P^T R``): the pin's
@@ -35,7 +35,7 @@ from trackdyn.model.constants import Model
 
 @kernel
 def update_frame(model: Model, state: State, space: SpaceWork):
-    """Rotation matrices, wheel centres and gravity as seen from the plane."""
+    """Write rotation matrices, wheel centres and gravity in the plane's frame."""
     e, a = state.plane.attitude, space.attitude
     e0, e1, e2, e3 = e[0], e[1], e[2], e[3]
     a[0, 0] = 1.0 - 2.0 * (e2 * e2 + e3 * e3)
@@ -60,7 +60,7 @@ def update_frame(model: Model, state: State, space: SpaceWork):
 
 @summed
 def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
-    """Sums over all bodies of the plane's inertia and of the loads on it (`plane_dynamics`)."""
+    """Return sums over all bodies of the plane's inertia and of the loads on it (`plane_dynamics`)."""
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
     along, across, mass, inertia = model.space.along, model.space.across, chain.mass, chain.inertia
     cos, sin, rate, pin_x, pin_y = work.cos, work.sin, state.rate, work.pin_x, work.pin_y
@@ -96,7 +96,7 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
 
 @fused
 def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
-    """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
+    """Add the loads of the moving plane on the planar chain, and solve for the plane's accelerations.
 
     ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of ``[m, m y, -m x; ., m
     y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the loads less Coriolis forces, less the
@@ -123,7 +123,7 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
 
 @kernel
 def turn_plane(model: Model, state: State, space: SpaceWork):
-    """Advance the plane by semi-implicit Euler, the pin's position and velocity in the plane being advanced.
+    """Advance the plane by semi-implicit Euler, after the pin's position and velocity in the plane.
 
     Velocities first, then the offset and the attitude by the exact rotation ``exp(h (p, q, 0))``; the
     components of the pin's position and velocity are turned back by it.

@@ -1,8 +1,8 @@
-"""The time loop: samples of equal length, each of one or more steps, and their record.
+"""Time loop: samples of equal length, each of one or more steps, and their record.
 
-What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
-nothing of motion in space and of the other integrators. Every such choice doubles what has to be compiled.
-What costs no time where there is none of it has arrays without entries, or zeros, instead.
+A feature that a scene lacks is None when a kernel is compiled, and its code is left out: an ordinary run has no code
+for motion in space or for other integrators. Every such choice doubles the code to compile. Features that cost no time
+when absent have empty arrays, or zeros, instead.
 """
 
 from collections.abc import Callable
@@ -21,13 +21,13 @@ from trackdyn.jit import direct, kernel
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, OptionalWork, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
-# Steps from one look at what alternates in the motion to the next: three of them are looked at. A power of two, and
-# seldom enough to cost less than a hundredth of a step.
+# Steps from one check of alternating motion to the next, each over three steps. A power of two, and seldom enough to
+# cost less than a hundredth of a step.
 BETWEEN_LOOKS = 16
 
 
 def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
-    """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
+    """Raise `DivergenceError` if a run ended at a body (-1: none), with the time, the phase and the body."""
     if body >= 0:
         single_pin = len(state.angle) == len(state.wheel_impact)
         name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
@@ -39,10 +39,7 @@ def check_range(body: int, model: Model, state: State, phase: str = "the run") -
 
 
 class Integration:
-    """The kernel of a method with its work, whose arrays stay the same from call to call, but for the numbers in them.
-
-    The types of all that kernels get with it stay, too.
-    """
+    """Kernel of a method with its work arrays: the same arrays and types of arguments in every call."""
 
     def __init__(self, work: Work, optional: OptionalWork):
         self._work, self._kernel, self._optional = work, _run, (optional.space, optional.implicit)
@@ -62,7 +59,7 @@ class Integration:
 
 
 def refresh(model: Model, state: State, work: Work, optional: OptionalWork = OptionalWork()):
-    """Compute positions, velocities and loads of a state that something else than a step has set."""
+    """Compute positions, velocities and loads of a state that was not set by a step."""
     _refresh(model, state, work, optional.space, optional.implicit)
 
 
@@ -74,7 +71,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def _place(model: Model, state: State, work: Work):
-    """Positions and velocities of the bodies; who may touch whom is looked up anew."""
+    """Compute positions and velocities of the bodies, and discard the neighbour lists."""
     orient(state.angle, work.cos, work.sin)
     forward_kinematics(model.chain, state, work)
     work.candidates.count[0] = -1  # lists of another model would not hold
@@ -91,7 +88,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
     _place(model, state, work)
     sample, left, stepped = rows[0], 0, False
     while True:
-        # called once, here: the loads are most of what has to be compiled
+        # called in one place: the loads are most of the code to compile
         evaluate_loads(model, state, work, space, implicit)
         if stepped:
             if record.contact_log.rows.size:
@@ -154,7 +151,7 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
 
 @kernel
 def _begin(model: Model, state: State, work: Work):
-    """Empty the sums of a sample; exact cosines and sines."""
+    """Reset the sums of a sample, and compute exact cosines and sines."""
     for sensor in range(model.sensors.body.shape[0]):
         for k in range(3):
             work.sensed[sensor, 3 + k] = 0.0
@@ -165,7 +162,7 @@ def _begin(model: Model, state: State, work: Work):
 
 @kernel
 def _watch(work: Work):
-    """Largest squares of the gap, of its rate and of the gap before the projection."""
+    """Keep the largest squares of the gap, of its rate and of the gap before the projection."""
     cut, worst = work.cut, work.worst
     for k in range(3):
         worst[k] = max(worst[k], cut[2 * k] * cut[2 * k] + cut[2 * k + 1] * cut[2 * k + 1])
@@ -173,10 +170,10 @@ def _watch(work: Work):
 
 @kernel
 def _detect_chatter(model: Model, state: State, work: Work):
-    """Add to the measure of chatter: motion of all bodies that alternates from step to step, a sixteenth of the time.
+    """Add to the measure of chatter, motion that alternates from step to step, once in sixteen steps.
 
-    The second difference of three steps in a row is four times the amplitude of what flips from one to the next, and
-    small where the motion is resolved.
+    The second difference of three successive steps is four times the amplitude of the alternating motion, and small
+    where the motion is resolved.
     """
     phase = state.steps[0] % BETWEEN_LOOKS
     if phase > 2:

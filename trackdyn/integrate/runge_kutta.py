@@ -18,7 +18,7 @@ from trackdyn.model.constants import SPROCKET, Model
 
 @inlined
 def _vectors(state):
-    """Arrays of the state that are integrated, in the order of the packed one."""
+    """Return the integrated arrays of the state, in the order of the packed one."""
     return (
         state.pin, state.angle, state.rate, state.wheel_angle, state.wheel_rate, state.work_done,
         state.branch.reshape(state.branch.size),
@@ -27,7 +27,7 @@ def _vectors(state):
 
 @kernel
 def _pack(state: State, out):
-    """State as one vector."""
+    """Pack the state into one vector."""
     first = 0
     for vector in _vectors(state):
         for j in range(vector.shape[0]):
@@ -47,7 +47,7 @@ def _copy_memory(tooth, wheel, to_tooth, to_wheel):
 
 @kernel
 def _unpack(state: State, start, slope, weight, last, step):
-    """State at ``start + step * sum(weight * slope)`` over the first ``last`` stages."""
+    """Set the state to ``start + step * sum(weight * slope)`` over the first ``last`` stages."""
     first = 0
     for vector in _vectors(state):
         for j in range(vector.shape[0]):
@@ -60,7 +60,7 @@ def _unpack(state: State, start, slope, weight, last, step):
 
 @kernel
 def _derivative(model: Model, state: State, work: Work, time, out):
-    """Derivative of the packed state at ``time`` (s) into ``out``, the accelerations being in ``work``."""
+    """Write the derivative of the packed state at ``time`` (s) to ``out``, with the accelerations in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
     wheels = model.wheels
     out[0], out[1], out[2], out[3] = state.pin[2], state.pin[3], work.pin_ax[0], work.pin_ay[0]
@@ -117,7 +117,7 @@ def _project(model: Model, state: State, work: Work):
 
 @kernel
 def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stages):
-    """Take one step; returns -1, or the body that left the range."""
+    """Take one step; return -1, or the body that left the range."""
     step, contact_log = model.step, record.contact_log
     begin = state.steps[0] * step
     _pack(state, stages.start)
@@ -136,7 +136,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     work.cut[5] = work.cut[1]
     if not model.closure.compliant:
         _project(model, state, work)
-    for s in range(stages.b.shape[0] - 1, -1, -1):  # the mean over the step; the first stage stands last
+    for s in range(stages.b.shape[0] - 1, -1, -1):  # the mean over the step; the first stage comes last
         accumulate(model, work, stages.sensed[s], stages.b[s])
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)

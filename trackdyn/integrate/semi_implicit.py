@@ -1,12 +1,12 @@
 """Semi-implicit Euler (order 1) with the closure solved exactly and projected once a step.
 
-Velocities are advanced with the accelerations at the start of the step, positions with the new velocities. What is left
-of the gap of the cut joint, of second order in the step, is taken from positions and velocities alike (the SHAKE form)
-by a load through the cut: the sweep knows the chain's response to it, at two multiply-adds a body. A free loop without
-damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, and there damping
-is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with velocities led
-ahead by half of what the last step changed them (`contact.forces.PREDICTION`), on the teeth also by what the
-force itself adds in this one (`contact.laws.implicit_speed`). Without that, forces that last a few steps come out a
+Velocities are advanced with the accelerations at the start of the step, positions with the new velocities. The
+remaining gap of the cut joint, of second order in the step, is removed from positions and velocities alike (the SHAKE
+form) by a load through the cut: the sweep has the chain's response to it, at two multiply-adds a body. A free loop
+without damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, where
+damping is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with
+velocities extrapolated by half of their last change (`contact.forces.PREDICTION`), on the teeth also by the effect of
+the force itself in this step (`contact.laws.implicit_speed`). Without that, forces that last a few steps come out a
 tenth too high.
 """
 
@@ -24,7 +24,7 @@ ROTATION_LIMIT = 0.02
 
 @kernel
 def sprocket_rate(drive: Drive, time):
-    """Prescribed angular velocity at ``time`` (s): a smooth ramp with zero slope at both ends."""
+    """Return the prescribed angular velocity at ``time`` (s): a smooth ramp with zero slope at both ends."""
     x = (time - drive.begin) / drive.ramp
     if x >= 1.0:
         return drive.rate
@@ -33,14 +33,14 @@ def sprocket_rate(drive: Drive, time):
 
 @kernel
 def sprocket_acceleration(drive: Drive, time):
-    """Derivative of `sprocket_rate`, rad/s2."""
+    """Return the derivative of `sprocket_rate`, rad/s2."""
     x = (time - drive.begin) / drive.ramp
     return 6.0 * (drive.rate - drive.start) / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
 
 
 @fused
 def _first_beyond(rate):
-    """First body whose angular velocity is beyond the physical range, or not a number."""
+    """Return the first body whose angular velocity is beyond the physical range, or not a number; -1 if none."""
     for i in range(rate.shape[0]):
         if not abs(rate[i]) < RATE_LIMIT:
             return i
@@ -108,7 +108,7 @@ def _project(model: Model, state: State, work: Work):
 
 @fused
 def _advance_wheels(model: Model, state: State, work: Work, implicit):
-    """Rates and angles of the wheels at the end of the step, and the work of their bearings."""
+    """Advance rates and angles of the wheels to the end of the step, and add the work of their bearings."""
     wheels, h = model.wheels, model.step
     old = state.wheel_rate[SPROCKET]
     state.wheel_rate[SPROCKET] = sprocket_rate(model.drive, state.steps[0] * h)
@@ -129,12 +129,12 @@ def _advance_wheels(model: Model, state: State, work: Work, implicit):
 
 @fused
 def advance(model: Model, state: State, work: Work, implicit):
-    """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
+    """Advance velocities, then positions, then project a rigid closure; return -1, or the body that left the range.
 
     ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
     """
     chain, h, n = model.chain, model.step, state.angle.shape[0]
-    # change of velocity along the chain, in the configuration before the step (for the account)
+    # change of velocity along the chain, in the configuration before the step (for the energy balance)
     dvx = h * work.pin_ax[0]
     dvy = h * work.pin_ay[0]
     state.pin[2] += dvx

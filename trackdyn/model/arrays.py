@@ -10,7 +10,7 @@ from trackdyn.model.constants import Model
 
 
 def zeros(kind: type | np.dtype = float, /, **shapes: int | tuple[int, ...]) -> dict[str, Any]:
-    """An array of zeros for every name."""
+    """Allocate an array of zeros for every name."""
     return {name: np.zeros(shape, kind) for name, shape in shapes.items()}
 
 
@@ -72,7 +72,7 @@ ENERGY_NAMES = (
     "sprocket_work", "tooth_normal", "tooth_friction", "ring_friction", "wheel_normal", "wheel_friction", "bearing",
     "bushing_loss", "kinetic", "gravity", "bushing_elastic",
 )  # fmt: skip
-# names and words of what touches the sprocket, in the order of arrays: arcs of connectors, and links on the ring
+# names and labels of the contacts with the sprocket, in the order of arrays: arcs of connectors, links on the ring
 SIDES, SIDE_WORDS = ("left", "right", "ring"), ("left arc", "right arc", "ring")
 # one uninterrupted contact of an arc or a link with the sprocket
 CONTACT_INTERVAL = np.dtype({
@@ -104,7 +104,7 @@ class ContactLog(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What a sample adds to a recorded array; an array of motion in space is empty in the plane."""
+    """Shape and type of a row of a recorded array; an array of motion in space is empty in the plane."""
 
     shape: tuple[int | str, ...]  # numbers, or ``sensors``, ``pitches`` (the recorded ones), ``wheels``
     kind: type = float
@@ -113,7 +113,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Samples:
-    """The recorded arrays with a row a sample, which `integrate.run` fills; all that hold them are made from these."""
+    """Recorded arrays with a row per sample, filled by `integrate.run`; the only definition of names and shapes."""
 
     #: (s, k, 3) accelerations of the sensors' points in the frames of their bodies, x and y (m/s2), and the bodies'
     #: angles (rad) at the start of the interval's last step; in the order of ``sensors``.
@@ -122,7 +122,7 @@ class Samples:
     mean: Annotated[np.ndarray, Row(("sensors", 3))]
     #: (s,) largest distance of the two pins of the cut joint within the interval, m.
     gap: Annotated[np.ndarray, Row(())]
-    #: (s, 2) what the gap was before the projection of a step (m), and the velocity at which the two pins separate
+    #: (s, 2) gap before the projection of a step (m), and the velocity at which the two pins separate
     #: (m/s): largest values within the interval.
     cut: Annotated[np.ndarray, Row((2,))]
     #: (s, 2) middle of the body that carries the first sensor, m.
@@ -153,7 +153,7 @@ SampleArrays = namedtuple("SampleArrays", SAMPLED)  # `Samples` as kernels take 
 
 
 class Record(NamedTuple):
-    """What a run fills."""
+    """Arrays that a run fills."""
 
     samples: Any  # `SampleArrays`
     pitches: np.ndarray  # (p,) integers: pitches whose contacts are recorded (0-based)
@@ -196,7 +196,7 @@ SURFACE, FLANK, RING, GUIDE = range(4)
 # A row of the contact list. Normal and friction: force on the body, N; arm: from the body's mass centre to the point,
 # m; speed: velocity of the body's point, m/s; spin: velocity of the wheel's point at unit rate, m; rate: that of the
 # wheel, rad/s; slopes: of the forces that a linearly implicit step takes, kg; slot: in `Work.friction`, arcs first. The
-# z components, across the plane of the chain, and pin, the point's x and y from the pin of body 1, in space alone.
+# z components, across the plane of the chain, and pin, the point's x and y from the pin of body 1, in space only.
 CONTACT = np.dtype(
     [(f"{name}_{axis}", float) for name in ("normal", "friction", "arm", "speed", "spin") for axis in "xyz"]
     + [(name, float) for name in ("pin_x", "pin_y", "rate", "normal_slope", "friction_slope")]
@@ -205,7 +205,7 @@ CONTACT = np.dtype(
 
 
 def components(rows: np.ndarray, name: str, axes: str = "xy") -> np.ndarray:
-    """(k, 2) components of a vector in ``k`` rows of the contact list, or (k, 3)."""
+    """Return the (k, 2) or (k, 3) components of a vector in ``k`` rows of the contact list."""
     return np.stack([rows[f"{name}_{axis}"] for axis in axes], axis=-1)
 
 
@@ -245,7 +245,7 @@ class ImplicitWork(NamedTuple):
 
 
 class Stages(NamedTuple):
-    """An explicit Runge-Kutta method and the arrays of its stages."""
+    """Explicit Runge-Kutta method and the arrays of its stages."""
 
     a: np.ndarray  # (s, s) coefficients of the stages
     b: np.ndarray  # (s,) weights of the step
@@ -262,9 +262,9 @@ class SpaceWork(NamedTuple):
 
     ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the wheels'
     centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y`` are the loads across the
-    plane on the bodies about their mass centres. ``acceleration`` is ``(A_0z, p', q')``, ``change`` what the last step
-    added to ``(V_z, p, q)``. ``wheel_load`` is the reaction on every wheel: force and moment about its centre in its
-    own frame. ``axial`` is the mean of the axial forces on the wheels over the sample.
+    plane on the bodies about their mass centres. ``acceleration`` is ``(A_0z, p', q')``, ``change`` the increment of
+    ``(V_z, p, q)`` in the last step. ``wheel_load`` is the reaction on every wheel: force and moment about its centre
+    in its own frame. ``axial`` is the mean of the axial forces on the wheels over the sample.
     """
 
     attitude: np.ndarray
@@ -281,7 +281,7 @@ class SpaceWork(NamedTuple):
 
 
 class ContactCandidates(NamedTuple):
-    """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
+    """Arcs and links close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
     # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel, 1: of the present state
     count: np.ndarray
@@ -312,12 +312,12 @@ class Work(NamedTuple):
     alpha: np.ndarray
     pin_ax: np.ndarray
     pin_ay: np.ndarray
-    # com_dvx, com_dvy, delta_omega: (n,) what the last step of semi-implicit Euler added to them (m/s) and to the
+    # com_dvx, com_dvy, delta_omega: (n,) increments in the last step of semi-implicit Euler of them (m/s) and of the
     # angular velocities (rad/s)
     com_dvx: np.ndarray
     com_dvy: np.ndarray
     delta_omega: np.ndarray
-    projection_delta: np.ndarray  # (n,) what its projection added to the angular velocities, rad/s
+    projection_delta: np.ndarray  # (n,) increment of the angular velocities by its projection, rad/s
     # force_x, force_y, moment: (n,) loads of the contacts on the bodies about their mass centres, N and N m
     force_x: np.ndarray
     force_y: np.ndarray
@@ -326,8 +326,8 @@ class Work(NamedTuple):
     # angle (rad/s); entry n - 1 is the cut joint
     torque: np.ndarray
     joint_rate: np.ndarray
-    joint_difference: np.ndarray  # (n,) what `chain.kinematics.joint_differences` wrote last, rad or rad/s
-    # (n,) what the Maxwell branches of the joint lost in the last step, J; 0 without branches and in Runge-Kutta steps
+    joint_difference: np.ndarray  # (n,) last result of `chain.kinematics.joint_differences`, rad or rad/s
+    # (n,) loss of the Maxwell elements of the joint in the last step, J; 0 without them and in Runge-Kutta steps
     joint_loss: np.ndarray
     wheel_torque: np.ndarray  # (w,) torque of the contacts on the wheels, N m
     # tooth_force, tooth_area, tooth_groove: (2 p,) normal force (N), area and groove of every arc, 0 without contact
@@ -349,7 +349,7 @@ class Work(NamedTuple):
     sensed: np.ndarray
     # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
     velocity_history: np.ndarray
-    # (2,) sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
+    # (2,) sum over the looks so far of the mean square of the alternating part of the changes of velocity, weighted
     # with their masses (m2/s2), and the number of looks
     alternating: np.ndarray
     sweep: SweepWork  # solution of the chain
@@ -357,9 +357,9 @@ class Work(NamedTuple):
 
 
 class OptionalWork(NamedTuple):
-    """Arrays of a step that only some scenes have, each an argument of its own, so that all share one type of `Work`.
+    """Arrays of a step that only some scenes have; separate arguments, so that all scenes share one type of `Work`.
 
-    numba compiles a kernel again for other types of its arguments, and the code of what is None falls away.
+    numba compiles a kernel again for other types of its arguments, and drops the code of arguments that are None.
     """
 
     space: SpaceWork | None = None  # motion in space

@@ -1,4 +1,4 @@
-"""Everything that stays constant during a run, SI units throughout.
+"""Constants of a run, in SI units.
 
 A closed chain of ``n`` rigid bodies (link, connector, link, ...). Body ``i`` runs from its input pin to its
 output pin, which is the input pin of body ``i + 1``; the output pin of the last body is the input pin of the
@@ -12,12 +12,12 @@ import numpy as np
 
 # wheel 0 is the sprocket: its motion is prescribed and links touch its ring
 SPROCKET = 0
-# kinds of friction in space: Eq. 10 alone, Eqs. 10 and 11 each for itself
+# kinds of friction in space: Eq. 10 only, Eqs. 10 and 11 independently
 TANGENTIAL, INDEPENDENT = range(2)
 
 
 class Chain(NamedTuple):
-    """The chain of ``n`` bodies."""
+    """Chain of ``n`` bodies."""
 
     length: np.ndarray  # (n,) pin to pin length, m
     mass: np.ndarray  # (n,) mass, kg
@@ -35,7 +35,7 @@ class Chain(NamedTuple):
 
 
 class Shoes(NamedTuple):
-    """Where the links and the connectors' arcs sit on the bodies of the chain, for ``p`` pitches."""
+    """Positions of the links and the connectors' arcs on the bodies of the chain, for ``p`` pitches."""
 
     link_body: np.ndarray  # (p,) integers: body that carries the link of a pitch
     # link_start, link_end: (p,) the ends A and B of the link's middle line on the body's pin line, from its input pin,
@@ -48,7 +48,7 @@ class Shoes(NamedTuple):
 
 
 class Law(NamedTuple):
-    """A contact between two surfaces."""
+    """Law of the contact between two surfaces."""
 
     form: int  # one of `contact.laws.FORMS`
     stiffness: float  # ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m
@@ -68,7 +68,7 @@ LAW = np.dtype(list(Law.__annotations__.items()))  # a law as a row of an array
 
 
 class Tooth(NamedTuple):
-    """The contact between connectors and grooves."""
+    """Contact between connectors and grooves."""
 
     present: int  # 0: the scene has no teeth
     # centre_x, centre_y, radius: (k,) arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or five of the
@@ -97,7 +97,7 @@ class Tooth(NamedTuple):
 
 
 class Wheels(NamedTuple):
-    """The ``w`` wheels that links touch: 0 the sprocket's ring, then the others."""
+    """Wheels that links touch, ``w`` of them: 0 the sprocket's ring, then the others."""
 
     present: np.ndarray  # (w,) integers: 0: no contact with links (a sprocket without ring)
     # x, y, radius, inertia: (w,) centre, radius, moment of inertia; SI. The sprocket's motion is prescribed
@@ -117,7 +117,7 @@ class Wheels(NamedTuple):
 
 
 class Closure(NamedTuple):
-    """The cut joint: held exactly (``compliant`` 0), or by ``stiffness`` (N/m) and ``damping`` (N s/m; A.6)."""
+    """Cut joint: held exactly (``compliant`` 0), or by ``stiffness`` (N/m) and ``damping`` (N s/m; A.6)."""
 
     compliant: int
     stiffness: float
@@ -125,7 +125,7 @@ class Closure(NamedTuple):
 
 
 class Carriers(NamedTuple):
-    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); 0 where all wheels are fixed."""
+    """Suspensions of ``k`` wheels on springs and dampers (`integrate.carriers`); ``k`` is 0 if all wheels are fixed."""
 
     wheel: np.ndarray  # (k,) integers: which one each carries
     of_wheel: np.ndarray  # (w,) integers: the carrier of every wheel, -1 for none
@@ -137,11 +137,11 @@ class Carriers(NamedTuple):
     # rest
     along_x: np.ndarray
     along_y: np.ndarray
-    # mass, stiffness, damping: (k,) what moves, its spring and its damper; kg, N/m, N s/m or kg m2, N m/rad, N m s/rad
+    # mass, stiffness, damping: (k,) moving mass, its spring and its damper; kg, N/m, N s/m or kg m2, N m/rad, N m s/rad
     mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
-    preload: np.ndarray  # (k,) force (N) or torque (N m) of the spring at rest; of a slider less what its weight takes
+    preload: np.ndarray  # (k,) force (N) or torque (N m) of the spring at rest, for a slider without its weight
     weight: np.ndarray  # (k,) weight that an arm lifts with its wheel, N; 0 for sliders
     # low, high: (k,) stops, m or rad
     low: np.ndarray
@@ -158,7 +158,7 @@ class Drive(NamedTuple):
 
 
 class Sensors(NamedTuple):
-    """The ``k`` acceleration sensors."""
+    """Acceleration sensors, ``k`` of them."""
 
     body: np.ndarray  # (k,) integers: body that carries each
     # x, y: (k,) positions in the frame of that body, m
@@ -191,7 +191,7 @@ class Space(NamedTuple):
 
 
 class Branches(NamedTuple):
-    """Maxwell branches of every bushing (`chain.kinematics`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
+    """Maxwell elements of every bushing (`chain.kinematics`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
     b is 0 for bushings with a viscous damper.
     """
 
@@ -203,7 +203,7 @@ NO_BRANCHES = Branches(np.empty(0), np.empty(0))
 
 
 class Model(NamedTuple):
-    """A scene as kernels see it (`trackdyn.scene.build.build_model`).
+    """Constants of a scene as kernels take them (`trackdyn.scene.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample, ``space`` None for a planar scene.
     """
