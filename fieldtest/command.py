@@ -161,7 +161,7 @@ def _compare(recording, record, path: str):
     rows = []
     for row in table.itertuples():
         simulated = with_error(row.simulation, row.simulation_error)
-        compared = cell(row.difference_pct), cell(row.standard_errors)
+        compared = cell(row.difference_pct), cell(row.standard_errors), cell(row.clear_from, 2)
         rows.append([row.measure, simulated, with_error(row.sensor, row.sensor_error), *compared])
     display = pd.DataFrame(rows, columns=[name for name in table if not name.endswith("_error")])
     typer.echo(f"\n{plain(display.to_string(index=False))}\n\n{in_words(table)}")

@@ -17,10 +17,11 @@ from trackdyn.measure.cells import significant
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.sensor import SensorSignal, measured_loop_hz, sense
 from trackdyn.measure.taken import Sensed
+from trackdyn.measure.uncertainty import student, welch_degrees
 from trackdyn.simulation.recording import Recording
 
 HIGH = "high_frequency_g"
-CLEAR_ERRORS = 2.0  # standard errors, from which on a difference is more than scatter
+CLEAR_ERRORS = 2.0  # standard errors, from which on a speed differs by more than scatter
 SPEED_TOLERANCE = 0.01  # share of a speed, from which on a difference is said
 
 
@@ -79,12 +80,13 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: values and
-        standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with what its
-        step adds (`measure.metrics.whole_errors`); what the simulation is above the sensor, in percent of the
-        sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
-        fewer than two turns of the loop, and those of its bin where the records differ in length; all that gravity is
-        part of, where it is missing in the sensor's record (`judge_axes`).
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
+        values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with
+        what its step adds (`measure.metrics.whole_errors`); what the simulation is above the sensor, in percent of the
+        sensor's value and in standard errors of the difference; and from how many of these on it is more than
+        scatter, by Student's factor of 95 % for the turns that there are (Welch). Rows of the line are left out where a
+        record holds fewer than two turns of the loop; all that gravity is part of, where it is missing in the sensor's
+        record (`judge_axes`).
 
     Raises
     ------
@@ -102,6 +104,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
     measures = [measure for measure in ACCELERATION if measure.compared]
     columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column for measure in measures)]}
+    degrees = {}
     for side, ay, hz, at, clipped in (
         ("simulation", signal.ay, loop_hz, signal.rate, signal.clipped),
         ("sensor", slow.ay, own_hz, slow.rate, record.clipped),
@@ -109,15 +112,19 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         sensed = Sensed(ay, at, hz)
         values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
         columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
+        degrees[side] = [0, 0, *(sensed.degrees(measure.column) for measure in measures)]
     table, whole = pd.DataFrame(columns), whole_errors(recording.scene)
+    parts = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
+    parts = list(zip(*parts, strict=True))
     simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
     table["simulation_error"] = [whole(*row) for row in simulated]
     excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
     table["standard_errors"] = excess / scatter.replace(0, np.nan)
-    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(slow.ay))
-    compared = ~binned & table[["simulation", "sensor"]].notna().all(axis=1)
+    clear = [student(welch_degrees(whole, *errors)) for whole, errors in zip(scatter, parts, strict=True)]
+    table["clear_from"] = np.where(np.isfinite(table["standard_errors"]), clear, np.nan)
+    compared = table[["simulation", "sensor"]].notna().all(axis=1)
     if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
         compared = table.measure.isin(["rate_hz", "clipped", HIGH])
     return table[compared].reset_index(drop=True)
@@ -132,14 +139,14 @@ def in_words(table: pd.DataFrame) -> str:
     names = {"rms_g": "RMS", "sd_g": "SD"} if "rms_g" in rows.index else {HIGH: "content from 20 Hz on"}
     sentences = []
     for measure, name in names.items():
-        excess, errors = rows.difference_pct[measure], rows.standard_errors[measure]
+        excess, errors, clear = rows.loc[measure, ["difference_pct", "standard_errors", "clear_from"]].astype(float)
         if not np.isfinite(excess):
             continue
         by = f": differs by {significant(abs(errors), 2)} standard errors"
         if not np.isfinite(errors):
             by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
-        elif abs(errors) < CLEAR_ERRORS:
-            by = f", within {CLEAR_ERRORS:g} standard errors: no difference that these records tell"
+        elif abs(errors) < clear:
+            by = f", within {clear:.2g} standard errors: no difference that these records tell"
         side = "above" if excess > 0 else "below"
         sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
     return "; ".join(sentences)

@@ -20,6 +20,7 @@ from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import record_metrics
+from trackdyn.measure.uncertainty import MANY_DEGREES, student, welch_degrees
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.simulate import simulate
@@ -237,14 +238,22 @@ def test_differences_have_a_sign_and_their_standard_errors(recording, synthetic)
     errors = np.hypot(table.simulation_error.rms_g, table.sensor_error.rms_g)
     assert table.difference_pct.rms_g == pytest.approx(100 * excess / table.sensor.rms_g)
     assert table.standard_errors.rms_g == pytest.approx(excess / errors) and np.isnan(table.standard_errors.clipped)
-    # 10 s beside 90 s: bins of other widths
-    assert "line_hz" not in table.index and np.isfinite(table.difference_pct.line_g_binfree)
+    # the highest bin depends on the part of a turn with which a record ends
+    assert not {"line_hz", "line_g"} & set(table.index) and np.isfinite(table.difference_pct.line_g_binfree)
     words = in_words(table.assign(standard_errors=8.0).reset_index())
     sides = ["above", "below"] if excess > 0 else ["below", "above"]
     assert f"RMS of the simulation {abs(table.difference_pct.rms_g):.3g} % {sides[0]}" in words
     assert "differs by 8 standard errors" in words
     swapped = table.assign(difference_pct=-table.difference_pct, standard_errors=0.5).reset_index()
     assert f"% {sides[1]} the sensor's, within 2 standard errors" in in_words(swapped)
+
+
+def test_a_difference_of_few_turns_is_judged_by_student_s_factor():
+    """Two turns each: one degree of freedom, or two by Welch where the errors are alike; the step's has any number."""
+    assert student(welch_degrees(1.0, (1.0, 1))) == pytest.approx(12.706, rel=1e-4)
+    assert student(welch_degrees(2**0.5, (1.0, 1), (1.0, 1))) == pytest.approx(4.303, rel=1e-3)
+    assert student(welch_degrees(2**0.5, (1.0, 9), (1.0, 9))) == pytest.approx(2.101, rel=1e-3)
+    assert welch_degrees(1.0, (0.1, 1)) == welch_degrees(1.0) == welch_degrees(np.nan, (np.nan, 1)) == MANY_DEGREES
 
 
 def test_a_record_does_not_differ_from_any_part_of_itself(make_scene):

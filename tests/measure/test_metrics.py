@@ -2,10 +2,12 @@
 
 import copy
 import inspect
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import t
 
 import trackdyn
 from trackdyn.inputs.errors import InputError
@@ -43,7 +45,7 @@ def test_a_tolerance_is_asked_of_measures_that_every_link_gives_alone():
 
 def test_the_table_has_the_values_errors_and_units_of_the_metrics(run):
     table, row = trackdyn.measures(run), run_metrics("", run)
-    assert list(table.columns) == ["value", "error", "unit", "measure"] and table.index.name == "name"
+    assert list(table.columns) == ["value", "error", "half_width", "unit", "measure"] and table.index.name == "name"
     assert {"rms_g", "sd_g", "passages", "clipped_samples"} <= set(table.index)
     assert table["value"].to_dict() == {name: row[name] for name in table.index}
     assert table.loc["rms_g", "unit"] == "g" and table["error"].dtype == float
@@ -132,3 +134,41 @@ def test_what_is_printed_is_short(run):
         for text in (repr(thing), str(thing)):
             assert len(text.splitlines()) <= 10 and len(text) < 400
     assert "115 rev/min" in repr(run.scene) and "35 pitches" in repr(run.scene.rig) and repr(run.scene) in repr(run)
+
+
+def turns_of(run, values):
+    """The recording with these RMS in successive turns, each a sine once a turn."""
+    per_turn = int(run.rate / run.periods.loop_hz) + 1
+    sine = np.sqrt(2) * np.sin(2 * np.pi * np.arange(per_turn) / per_turn)
+    return np.concatenate([value * sine for value in values])
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [((1.49, 1.49, 1.58, 1.55, 1.57), True), ((1.49, 1.58, 1.49, 1.57, 1.49), False), ((1.5, 1.5, 1.5, 1.5), False),
+     ((1.0, 1.5, 1.6), False), ((1.57, 1.58, 1.55, 1.49, 1.49), True)],
+)  # fmt: skip
+def test_a_record_whose_turns_drift_is_said(run, monkeypatch, values, said):
+    """Turns of `parts` at 225 rev/min with a ring of 0.308 m, and what only scatters, or is too short."""
+    ay = turns_of(run, values)
+    monkeypatch.setattr("trackdyn.measure.metrics.sense", lambda *_, **__: SimpleNamespace(ay=ay))
+    monkeypatch.setattr("trackdyn.measure.metrics._range_sentence", lambda *_: "")
+    sentences = remarks(run)
+    assert len(sentences) == said
+    if said:
+        assert f"RMS goes from {values[0]:.4g} g in the first turn of the loop to {values[-1]:.4g} g" in sentences[0]
+
+
+def test_an_interval_knows_how_many_turns_and_batches_it_is_from(rig):
+    """Two turns have the factor 12.7; passages are batches of about the root of their number."""
+    run = trackdyn.simulate(trackdyn.Scene(rig, 300.0, duration=7.0))
+    whole, row = whole_errors(run.scene), run_metrics("", run)
+    printed = {entry["name"]: entry for entry in shown_measures(run)}
+    turns = int(run.seconds * run.periods.loop_hz + 1e-9)
+    batches = row["passages"] // int(row["passages"] ** 0.5)
+    assert turns == 2 and batches > 3
+    for name, degrees in (("rms_g", turns - 1), ("ring_share_pct", batches - 1), ("ring_peak_n", batches - 1)):
+        error = row[METRIC_COLUMNS[name][3]]
+        expected = whole(name, row[name], t.ppf(0.975, degrees) * error)
+        assert error > 0 and printed[name]["half_width"] == pytest.approx(expected, rel=1e-9)
+        assert printed[name]["error"] == pytest.approx(whole(name, row[name], error))

@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from trackdyn.measure import uncertainty
 from trackdyn.measure.taken import sensor_metrics
-from trackdyn.measure.uncertainty import batch_error, line_error, ratio_values
+from trackdyn.measure.uncertainty import batch_error, line_error, ratio_values, turn_error
 
 RATE, SAMPLES, TURNS, REPLICAS = 250.0, 500.37, 12, 400  # samples of a revolution, not a whole number
 LOOP_HZ = RATE / SAMPLES
@@ -36,9 +36,11 @@ def test_errors_cover_the_truth_of_correlated_passages():
 
 
 def test_an_interval_of_any_number_of_batches_is_student_s():
-    batches = [*range(2, 60), 1000, 1001]
-    widths = [uncertainty.student(count) for count in batches]
-    np.testing.assert_allclose(widths, student.ppf(0.975, np.array(batches) - 1), rtol=1e-11)
+    degrees = [*range(1, 60), 999, 1000]
+    for confidence in (0.68, 0.95):
+        widths = [uncertainty.student(count, confidence) for count in degrees]
+        np.testing.assert_allclose(widths, student.ppf(0.5 + confidence / 2, degrees), rtol=1e-11)
+    assert np.isnan(uncertainty.student(0)) and uncertainty.student(10**9) == pytest.approx(1.96, rel=2e-3)
 
 
 def test_errors_of_a_ratio_cover_the_truth():
@@ -54,6 +56,61 @@ def test_errors_of_a_ratio_cover_the_truth():
         apart += error < 0.5 * batch_error(squares)[0]
     assert 0.85 <= covered / REPLICAS <= 0.99
     assert apart > 0.95 * REPLICAS  # scatter that both have in common does not count
+
+
+@pytest.mark.parametrize(("count", "first"), [(11, 2), (10, 1), (4, 0), (3, 0)])
+def test_batches_end_with_the_record_and_leave_out_its_beginning(count, first):
+    """Eleven values make three batches of three: what is left over is the start, which may not have died away."""
+    values = np.random.default_rng(1).standard_normal(count)
+    size = int(np.sqrt(count))
+    means = values[first:].reshape(-1, size).mean(axis=1)
+    assert batch_error(values)[0] == pytest.approx(means.std(ddof=1) / np.sqrt(len(means)))
+    if first:
+        other = values.copy()
+        other[:first] += 100.0
+        assert batch_error(other) == batch_error(values)
+
+
+def squares(values, errors):
+    """Mean square of errors that are said, over the variance of the values."""
+    return (np.square(errors).mean(), np.var(values, ddof=1))
+
+
+def test_the_error_of_a_batch_mean_is_the_scatter_of_many_windows():
+    """Of 4,000 windows of independent passages: four batches each, of which the mean square is known to 1.3 %."""
+    rng = np.random.default_rng(11)
+    windows = rng.standard_normal((4000, 16))
+    said, scatter = squares(windows.mean(axis=1), [batch_error(row)[0] for row in windows])
+    assert said / scatter == pytest.approx(1.0, abs=0.08)
+
+
+@pytest.mark.parametrize("turns", [2, 3, 4])
+def test_errors_over_turns_have_the_size_of_the_scatter_of_many_windows(turns):
+    """The mean square of what is said is the variance of 3,000 windows: with one degree too many it is 1/2 to 3/4."""
+    rng, samples = np.random.default_rng(12), 16
+    signals = 1.0 + 0.1 * np.repeat(rng.standard_normal((3000, turns)), samples, axis=1)
+    values = signals.mean(axis=1)
+    said, scatter = squares(values, [turn_error(row, samples, np.mean) for row in signals])
+    assert said / scatter == pytest.approx(1.0, abs=0.12)  # of chi-square with one degree: sqrt(2 / 3000) is 2.6 %
+
+
+@pytest.mark.parametrize("turns", [3, 4])
+def test_errors_of_the_line_have_the_size_of_the_scatter_of_many_windows(turns):
+    """Amplitude and phase of turns scatter on their own; three turns leave the frequency one degree of freedom."""
+    rng, samples, rate = np.random.default_rng(13), 32, 32.0
+    angle = 2 * np.pi * np.arange(samples * turns) / samples
+    amplitudes, slopes, errors = [], [], []
+    for _ in range(2000):
+        size, late = (np.repeat(0.01 * rng.standard_normal(turns), samples) for _ in range(2))
+        a = (1 + size) * np.cos(angle + late)
+        error = line_error(a, rate, 1.0, 1.0)
+        product = a * np.exp(-1j * angle)
+        amplitudes.append(2 * abs(product.reshape(turns, -1).mean(axis=1)).mean())
+        slopes.append(error.beyond_hz)
+        errors.append((error.amplitude, error.hz))
+    for values, column in zip((amplitudes, slopes), np.transpose(errors), strict=True):
+        said, scatter = squares(values, column)
+        assert said / scatter == pytest.approx(1.0, abs=0.15)
 
 
 def record(rng, partial=0.4):

@@ -89,8 +89,10 @@ def measures(recording, rows: list[dict]) -> None:
     from trackdyn.measure.metrics import needed_lengths
 
     for row in rows:
-        number, sensor = plain(with_error(row["value"], row["error"])), row.get("sensor")
+        number, sensor = plain(with_error(row["value"], row["half_width"])), row.get("sensor")
         line(f"{number} {row['unit']}", f"{row['measure']}{f' ({sensor})' if sensor else ''}")
+    if any(row["half_width"] for row in rows):
+        line("+-", "half of the 95 % interval, with what the step adds")
     for name, seconds in needed_lengths(recording).items():
         line("left out", f"{name} need a record of {seconds:.3g} s or more")
 

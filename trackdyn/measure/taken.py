@@ -9,7 +9,7 @@ from trackdyn.measure import spectra
 from trackdyn.measure.catalogue import ACCELERATION, OF_SIDES
 from trackdyn.measure.contacts import passage_arrays, sampled_shares
 from trackdyn.measure.sensor import measured_loop_hz, whole_revolutions
-from trackdyn.measure.uncertainty import NAN, LineError, Series, line_error, ratio_values, turn_error
+from trackdyn.measure.uncertainty import NAN, LineError, Series, line_error, ratio_values, turn_edges, turn_error
 from trackdyn.simulation.recording import Recording
 
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
@@ -41,6 +41,11 @@ class Sensed:
         """A statistic of the whole revolutions, since parts of a turn differ."""
         error = turn_error(self.ay, 1 / self.loop_hz * self.rate, statistic) if self.has_line else NAN
         return float(statistic(self.turns)), error
+
+    def degrees(self, column: str) -> int:
+        """Degrees of freedom of the standard error of a column: whole turns less what is fitted to them."""
+        turns = len(turn_edges(len(self.ay), self.rate / self.loop_hz)) - 1 if self.loop_hz else 0
+        return max(turns - (2 if column == "line_hz_binfree" else 1), 0)
 
     def high_frequency(self) -> tuple[float, float]:
         """RMS from 20 Hz on."""

@@ -19,8 +19,15 @@ import numpy as np
 from trackdyn.rig.roots import root
 
 CONFIDENCE = 0.95
+MANY_DEGREES = 1000  # of freedom: Student's distribution is the normal one to 0.1 % from there on
 ROUNDING = 1e-9  # share of a value: a smaller standard error is rounding, and is not shown
 NAN = float("nan")
+
+
+def batches_of(count: int) -> tuple[int, int]:
+    """Size and number of the batches that so many successive values make: about the root of their number each."""
+    size = max(1, int(np.sqrt(count)))
+    return size, count // size
 
 
 def batch_error(values) -> tuple[float, float]:
@@ -31,31 +38,44 @@ def batch_error(values) -> tuple[float, float]:
     Student's with one degree of freedom less than batches. NaN for fewer than two batches.
     """
     values = np.asarray(values, dtype=float)
-    size = max(1, int(np.sqrt(len(values))))
-    batches = len(values) // size
+    size, batches = batches_of(len(values))
     if batches < 2:
         return NAN, NAN
     means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
     error = float(means.std(ddof=1) / np.sqrt(batches))
-    return error, student(batches) * error
+    return error, student(batches - 1) * error
 
 
 @cache
-def student(batches: int) -> float:
-    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution.
+def student(degrees: int, confidence: float = CONFIDENCE) -> float:
+    """Half of the interval of a mean, in standard errors of so many degrees of freedom: Student's distribution.
 
     Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, Eqs. 26.7.3 and 26.7.4: to import `scipy.special`
-    for it takes longer than all measures of a short record.
+    for it takes longer than all measures of a short record. NaN for fewer than one degree.
     """
-    degrees = batches - 1
+    if degrees < 1:
+        return NAN
+    degrees = min(degrees, MANY_DEGREES)
     powers = np.arange(degrees % 2, degrees - 1, 2)
     factors = np.cumprod(np.append(1.0, (powers[1:] - 1) / powers[1:]))[: len(powers)]
 
     def beyond(angle: float) -> float:
         series = sin(angle) * float(factors @ cos(angle) ** powers)
-        return (2 * (angle + series) / pi if degrees % 2 else series) - CONFIDENCE
+        return (2 * (angle + series) / pi if degrees % 2 else series) - confidence
 
     return sqrt(degrees) * tan(root(beyond, 0.0, pi / 2))
+
+
+def welch_degrees(whole: float, *parts: tuple[float, int]) -> int:
+    """Degrees of freedom of a ``whole`` standard error, some parts of which have few: those standard errors and theirs.
+
+    What is not among the parts has any number (Welch and Satterthwaite: JCGM 100:2008, G.4.1, rounded down). Without
+    parts `MANY_DEGREES`.
+    """
+    if not whole > 0:
+        return MANY_DEGREES
+    rest = sum((error / whole) ** 4 / degrees for error, degrees in parts if error > 0 and degrees > 0)
+    return int(min(max(1.0 / rest, 1.0), MANY_DEGREES)) if rest else MANY_DEGREES
 
 
 def ratio_values(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
