@@ -1,11 +1,12 @@
 """Writes the measured parts of the pages on the laboratory from the results of its studies."""
 
 from laboratory.report.plausible import answer_text
+from replication.paper.finding import TABLE as GRIP
 from replication.report.filled import main
 
 PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")
-PAGES = (("docs/answer.md", (*(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
+PAGES = (("docs/answer.md", (GRIP, *(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
 
 if __name__ == "__main__":
     main(PAGES)

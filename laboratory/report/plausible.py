@@ -17,6 +17,7 @@ from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import CREEP
 from laboratory.plausible.verdicts import JAMMED
 from replication.paper.claims import MET
+from replication.paper.finding import check_sentences, finding_sentences, ran
 from replication.paper.printed import RADIUS_CHOSEN
 from replication.paper.scorecard import (
     MARKS,
@@ -129,11 +130,15 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    sentences, binned, draws, of_ring, values, near, default, parameters, numbers, grips, grips_sentences = tables
+    study, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, grips, grips_sentences = (
+        tables
+    )
     table, unjudged = _table(sentences, default)
     missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
     texts = blocks(
         Path(__file__).with_name("answer.md.j2"),
+        finding=" ".join(finding_sentences(ran(study))),
+        checks=" ".join(check_sentences(ran(study))),
         **_outcomes(draws) | _chosen(draws) | _creep(binned, values, default, parameters, of_ring),
         follows=follows_sentence(sentences, draws),
         table=table,

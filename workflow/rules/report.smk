@@ -98,7 +98,7 @@ rule pictures:
         by_name=[f"{R}/{name}.csv" for name in ("default_step", "step_errors", "tables/fidelity")],
         manifest=f"{R}/manifest.json",
         pictures=[
-            f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png", "trade.png")
+            f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png", "grip.png", "trade.png")
         ],
     log: f"{R}/logs/pictures.log"
     shell:

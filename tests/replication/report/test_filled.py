@@ -5,7 +5,7 @@ import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
 from replication.paper.claims import load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, fill
+from replication.report.filled import BEGIN, END, PAGES, fill, stored
 from tests.conftest import ROOT
 from trackdyn.rig.rig import parameter_table
 
@@ -15,7 +15,7 @@ def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     """Nobody has typed into a measured block, and none is older than its data."""
     copy = tmp_path / "page.md"
     copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
-    fill(copy, [ROOT / "docs" / "measured" / source for source in sources], write)
+    fill(copy, [ROOT / stored(source) for source in sources], write)
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
 

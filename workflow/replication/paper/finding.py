@@ -5,7 +5,6 @@ changed (``laboratory/plausible/grip.py``, whose columns `laboratory.plausible.g
 """
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,9 +20,8 @@ FRICTION = 0.3  # static coefficient that the laws share
 BINS = 0.3 * 2.0 ** np.arange(-8, 1)
 
 
-def read_grip(path: Path | str = TABLE) -> pd.DataFrame:
-    """Read the table of the study: the rows that ran, all starts and integrators."""
-    table = pd.read_csv(path)
+def ran(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the study that ran, all starts and integrators."""
     return table[table["state"] == "done"].reset_index(drop=True)
 
 
@@ -80,9 +78,18 @@ def windows(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def open_runs(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the main run whose track shows conclusion 3 with at least one law at their speed."""
+    run = main_run(table).dropna(subset="mobilised_friction")
+    return run[run.groupby(["draw", "rpm"])["conclusion_3"].transform("max") == 1]
+
+
 def limit(table: pd.DataFrame) -> float:
-    """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors."""
-    run = main_run(table).dropna(subset="mobilised_friction").sort_values("mobilised_friction")
+    """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors.
+
+    Tracks that do not show it with any law (`open_runs`) say nothing on friction.
+    """
+    run = open_runs(table).sort_values("mobilised_friction")
     holds = run["conclusion_3"].to_numpy()
     wrong = np.r_[0, np.cumsum(1 - holds)] + np.r_[np.cumsum(holds[::-1])[::-1], 0]  # limit before each row, and behind
     place = int(wrong.argmin())
@@ -120,14 +127,42 @@ def finding_sentences(table: pd.DataFrame) -> list[str]:
         f"With Dahl's law, which has no velocity, it holds on {_counts(dahl, 'conclusion_3')}, for a shear stiffness "
         f"of {_values(dahl, 1e-3)} kN/m a link; nothing else differs, and the friction coefficient is {FRICTION:g}."
     )
-    edge, known = limit(table), run.dropna(subset="mobilised_friction")
+    edge, known = limit(table), open_runs(table)
     right = ((known["mobilised_friction"] < edge) == (known["conclusion_3"] == 1)).mean()
     sentences.append(
-        f"Either way it holds where the tangential force stays below {edge:.2g} of the normal force, and not above, in "
-        f"{100 * right:.0f} % of the runs."
+        f"Where a track can show it, it does with either law if the tangential force of the ring stays below "
+        f"{edge:.2g} of its normal force, and not above, in {100 * right:.0f} % of the runs."
     )
     sentences.append(
         f"The plateau of the left arc (sentence 21) comes and goes with it: on {_counts(eq10, 'plateau')} and on "
         f"{_counts(dahl, 'plateau')} of the tracks."
     )
     return sentences
+
+
+def check_sentences(table: pd.DataFrame) -> list[str]:
+    """Word what friction alone cannot do, and how far other steps and another start move the verdict."""
+    run, counts, sentences = main_run(table), shares(table), []
+    whole = counts[counts["rpm"].isna() & (counts["tracks"] == counts["tracks"].max())]
+    free = whole[whole["law"] == "none"].iloc[0]
+    best = whole.loc[whole["conclusion_3"].idxmax()]
+    sentences.append(
+        f"Without any friction on the ring conclusion 3 holds on {free['conclusion_3']:.0f} of {free['tracks']:.0f} "
+        f"tracks, and with no law on more than {best['conclusion_3']:.0f}: on the others the tooth's geometry decides."
+    )
+    for words, others in (
+        (
+            "by the explicit method in smaller steps",
+            table[(table["start"] == 1) & (table["integrator"] != _method(run))],
+        ),
+        ("from another start of the motor with a longer wait", table[table["start"] != 1]),
+    ):
+        pairs = others.merge(run, on=["draw", "rpm", *LAW], suffixes=("", "_main"))
+        if len(pairs):
+            same = (pairs["conclusion_3"] == pairs["conclusion_3_main"]).sum()
+            sentences.append(f"Run again {words}, {same} of {len(pairs)} verdicts on it are the same.")
+    return sentences
+
+
+def _method(run: pd.DataFrame) -> str:
+    return str(run["integrator"].iloc[0])

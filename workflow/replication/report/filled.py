@@ -8,6 +8,8 @@ import pandas as pd
 from jinja2 import StrictUndefined, Template
 
 from replication.paper.claims import MET, NO_TEST
+from replication.paper.finding import TABLE as GRIP
+from replication.paper.finding import finding_sentences, ran
 from replication.paper.scorecard import (
     FREE,
     MARKS,
@@ -72,10 +74,11 @@ def blocks(template: Path, **values) -> list[str]:
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
-    card, judged, numbers, grips, parameters, promises, near, *tracks = tables
+    study, card, judged, numbers, grips, parameters, promises, near, *tracks = tables
     rig, learned = card["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
     return blocks(
         Path(__file__).with_name("readme.md.j2"),
+        finding=" ".join(finding_sentences(ran(study))),
         rig=rig,
         verdict=verdict_line(judged, numbers),
         others=other_numbers(numbers),
@@ -161,7 +164,12 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
         with replacing(folder / file.name) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
-        fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
+        fill(Path(page), map(stored, sources), write)
+
+
+def stored(source: str) -> Path:
+    """Return the file that a page is written from: one of ``docs/measured`` by its name, another one by its path."""
+    return Path(source) if "/" in source else Path("docs", "measured", source)
 
 
 TRACK_TABLES = ("sentences", "map", "draws", "mobilised")  # of `learned_sentences`
@@ -169,11 +177,11 @@ README = (
     *("claims", "sentences", "printed_numbers", "grips_sentences", "parameters", "planner"),
     *(f"plausible_{name}" for name in ("near", *TRACK_TABLES)),
 )
-PAGES = (
+PAGES: tuple[Page, ...] = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),
     ("docs/choose-a-ring.md", ("ring_trials.csv",), ring_text),
-    ("README.md", tuple(f"{name}.csv" for name in README), readme_text),
+    ("README.md", (GRIP, *(f"{name}.csv" for name in README)), readme_text),
 )
 
 

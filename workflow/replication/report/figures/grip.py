@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from replication.paper.finding import OWN, main_run, of_law, read_grip, shares, windows
+from replication.paper.finding import OWN, main_run, of_law, ran, shares, windows
 from trackdyn.inputs.quantities import entries_of
 from trackdyn.plots.style import BLUE, COLOURS, MARKERS, ORANGE, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig_file import read_rig
@@ -28,7 +28,7 @@ VERDICTS = {"conclusion_3": "no right arc from 0.305 m on", "plateau": "left arc
 def grip_figure(table: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> Figure:
     """Draw the window of ring radii over the mobilised friction, and beside it the shares of tracks over either law.
 
-    ``table`` is that of `finding.read_grip`, ``ranges`` the assumed ends of what each law is varied by.
+    ``table`` has the rows of the study that ran, ``ranges`` the assumed ends of what each law is varied by.
     """
     figure = new_figure(4.2, PAGE)
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))
@@ -85,4 +85,4 @@ def main(job) -> None:
     """Rule `grip_figure`."""
     entries = entries_of(read_rig(job.input.rig))
     ranges = {name: (entry["low"], entry["high"]) for name in AXES for entry in [entries[f"ring_contact.{name}"]]}
-    save(grip_figure(read_grip(job.input.table), ranges), job.output[0])
+    save(grip_figure(ran(pd.read_csv(job.input.table)), ranges), job.output[0])
