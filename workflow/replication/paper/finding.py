@@ -4,6 +4,7 @@ The table has tracks that mesh as the paper prints, each with several laws of th
 changed (``laboratory/plausible/grip.py``, whose columns `laboratory.plausible.grip.decided` describes).
 """
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -97,15 +98,10 @@ def limit(table: pd.DataFrame) -> float:
     return float(np.sqrt(values[place - 1] * values[place])) if 0 < place < len(values) else float(values[0])
 
 
-def _counts(rows: pd.DataFrame, verdict: str) -> str:
-    """Word the counts of a verdict in the order of a law's values: ``0, 2 and 8``."""
-    *first, last = (f"{count:.0f}" for count in rows[verdict])
-    return f"{', '.join(first)} and {last}"
-
-
-def _values(rows: pd.DataFrame, factor: float) -> str:
-    *first, last = (f"{factor * value:g}" for value in rows.index)
-    return f"{', '.join(first)} and {last}"
+def _listed(numbers: Iterable[float]) -> str:
+    """Word numbers in their order: ``0, 2 and 8``."""
+    *first, last = (f"{number:g}" for number in numbers)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def finding_sentences(table: pd.DataFrame) -> list[str]:
@@ -120,12 +116,12 @@ def finding_sentences(table: pd.DataFrame) -> list[str]:
         "arc touches a tooth."
     )
     sentences.append(
-        f"With Eq. 10 it holds at {speeds} rpm on {_counts(eq10, 'conclusion_3')} of {tracks} tracks that mesh as "
-        f"printed, for a transition velocity of {_values(eq10, 1e3)} mm/s."
+        f"With Eq. 10 it holds at {speeds} rpm on {_listed(eq10['conclusion_3'])} of {tracks} tracks that mesh as "
+        f"printed, for a transition velocity of {_listed(1e3 * eq10.index)} mm/s."
     )
     sentences.append(
-        f"With Dahl's law, which has no velocity, it holds on {_counts(dahl, 'conclusion_3')}, for a shear stiffness "
-        f"of {_values(dahl, 1e-3)} kN/m a link; nothing else differs, and the friction coefficient is {FRICTION:g}."
+        f"With Dahl's law, which has no velocity, it holds on {_listed(dahl['conclusion_3'])}, for a shear stiffness "
+        f"of {_listed(1e-3 * dahl.index)} kN/m a link. Nothing else differs; the friction coefficient is {FRICTION:g}."
     )
     edge, known = limit(table), open_runs(table)
     right = ((known["mobilised_friction"] < edge) == (known["conclusion_3"] == 1)).mean()
@@ -134,8 +130,8 @@ def finding_sentences(table: pd.DataFrame) -> list[str]:
         f"{edge:.2g} of its normal force, and not above, in {100 * right:.0f} % of the runs."
     )
     sentences.append(
-        f"The plateau of the left arc (sentence 21) comes and goes with it: on {_counts(eq10, 'plateau')} and on "
-        f"{_counts(dahl, 'plateau')} of the tracks."
+        f"The plateau of the left arc (sentence 21) comes and goes with it: on {_listed(eq10['plateau'])} and on "
+        f"{_listed(dahl['plateau'])} of the tracks."
     )
     return sentences
 
@@ -144,12 +140,12 @@ def check_sentences(table: pd.DataFrame) -> list[str]:
     """Word what friction alone cannot do, and how far other steps and another start move the verdict."""
     run, counts, sentences = main_run(table), shares(table), []
     whole = counts[counts["rpm"].isna() & (counts["tracks"] == counts["tracks"].max())]
-    free = whole[whole["law"] == "none"].iloc[0]
-    best = whole.loc[whole["conclusion_3"].idxmax()]
-    sentences.append(
-        f"Without any friction on the ring conclusion 3 holds on {free['conclusion_3']:.0f} of {free['tracks']:.0f} "
-        f"tracks, and with no law on more than {best['conclusion_3']:.0f}: on the others the tooth's geometry decides."
-    )
+    for _, free in whole[whole["law"] == "none"].iterrows():
+        best = whole.loc[whole["conclusion_3"].idxmax()]
+        sentences.append(
+            f"Without friction on the ring conclusion 3 holds on {free['conclusion_3']:.0f} of {free['tracks']:.0f} "
+            f"tracks, and with no law on more than {best['conclusion_3']:.0f}: elsewhere the tooth's geometry decides."
+        )
     for words, others in (
         (
             "by the explicit method in smaller steps",
