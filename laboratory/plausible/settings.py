@@ -145,8 +145,7 @@ class PlausibleConfig(Section):
     def shortened(self) -> "PlausibleConfig":
         """The short form."""
         near = self.near.model_copy(update={"rigs": 1})
-        radii = {rpm: rings[1:3] for rpm, rings in self.grip.radii_m.items()}
-        radii = {rpm: [*rings, self.ring_radius_m] for rpm, rings in radii.items()}
+        radii = {rpm: sorted({*rings[:2], self.ring_radius_m}) for rpm, rings in self.grip.radii_m.items()}
         grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii, "runs": self.grip.runs[:1]})
         return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near, "grip": grip})
 

@@ -61,11 +61,8 @@ rule grip_table:
 
 
 rule grip:
-    """The study of the ring's tangential force in full, stored for the pages (some two hours on two cores; ask for it by name)."""
+    """The study of the ring's tangential force in full (some two hours on two cores; ask for it by name)."""
     input: f"{L}/grip.csv"
-    output: update(GRIP)
-    log: f"{L}/logs/grip_stored.log"
-    shell: "cp {input:q} {output:q} > {log:q} 2>&1"
 
 
 SEARCHES = ("slips", "grips")

@@ -156,11 +156,15 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[st
     write_text(page, before + "".join(filled))
 
 
+# tables that do not lie with the others: the program reads one, the other is data of its own
+ELSEWHERE = {"step_errors.csv": Path("trackdyn", "measure"), Path(GRIP).name: Path(GRIP).parent}
+
+
 def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
     """Keep results in ``docs``, pictures and tables, and what the program reads; write measured parts of pages anew."""
     for file in map(Path, files):
         folder = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured")
-        folder = Path("trackdyn", "measure") if file.name == "step_errors.csv" else folder
+        folder = ELSEWHERE.get(file.name, folder)
         with replacing(folder / file.name) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
