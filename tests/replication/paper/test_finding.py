@@ -31,12 +31,12 @@ def table():
     return pd.DataFrame(rows + second)
 
 
-def test_shares_are_those_of_the_main_run_by_speed_and_at_all_speeds(table):
+def test_shares_are_those_of_the_main_run_by_speed(table):
     counts = shares(table)
-    gripping = of_law(counts, "regularised").loc[0.01]
+    gripping = of_law(counts, "regularised", 210.0).loc[0.01]
     assert (gripping["tracks"], gripping["conclusion_3"], gripping["plateau"]) == (20, 1, 1)
     assert of_law(counts, "regularised", 115.0).loc[0.01, "conclusion_3"] == 2
-    assert of_law(counts, "dahl")["conclusion_3"].tolist() == [20, 1]
+    assert of_law(counts, "dahl", 210.0)["conclusion_3"].tolist() == [20, 1]
     # Clopper and Pearson by the beta distribution
     ends = [gripping["conclusion_3_low"], gripping["conclusion_3_high"]]
     np.testing.assert_allclose(ends, [beta.ppf(0.05, 1, 20), beta.ppf(0.95, 2, 19)], rtol=1e-6)
@@ -57,4 +57,5 @@ def test_window_holds_an_event_that_does_not_come_beyond_the_largest_ring(table)
 
 def test_sentences_have_the_counts(table):
     words = " ".join(finding_sentences(table))
-    assert "on 1 and 20 of 20 tracks" in words and "10 and 1500 mm/s" in words and "on 20 and 1, " in words
+    assert "at 115 rpm on 2 and 20 of 20 tracks" in words and "10 and 1500 mm/s" in words and "on 20 and 2, " in words
+    assert "At 210 rpm, run on 20 of them: 1 and 20 and on 20 and 1." in words

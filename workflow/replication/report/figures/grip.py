@@ -68,15 +68,20 @@ def _draw_window(ax: Axes, table: pd.DataFrame) -> None:
 def _draw_shares(ax: Axes, counts: pd.DataFrame, law: str, span: tuple[float, float]) -> None:
     """Draw shares of tracks with their 90 % intervals over the value of a law; its assumed range is shaded."""
     label, factor = AXES[OWN[law]]
-    rows = of_law(counts, law)
-    x = factor * rows.index.to_numpy()
-    for (name, words), colour, marker in zip(VERDICTS.items(), COLOURS[1:], MARKERS, strict=False):
-        share, low, high = (100 * rows[f"{name}_{end}"] for end in ("share", "low", "high"))
-        ax.errorbar(x, share, (share - low, high - share), color=colour, marker=marker, capsize=2, label=words)
+    speeds = counts.groupby("rpm")["tracks"].max()
+    for rpm, most in speeds.items():
+        rows, filled = of_law(counts, law, rpm), rpm == speeds.idxmax()  # that of the most tracks
+        x = factor * rows.index.to_numpy()
+        for (name, words), colour, marker in zip(VERDICTS.items(), COLOURS[1:], MARKERS, strict=False):
+            share, low, high = (100 * rows[f"{name}_{end}"] for end in ("share", "low", "high"))
+            look = {"color": colour, "marker": marker, "capsize": 2, "linestyle": "-" if filled else ":"}
+            look |= {} if filled else {"markerfacecolor": "white"}
+            text = f"{words}, {rpm:g} rpm, {most} tracks"
+            ax.errorbar(x, share, (share - low, high - share), label=text, **look)
     ax.axvspan(*(factor * end for end in span), color="0.9", zorder=0)
     ax.set(xscale="log", xlabel=label, ylabel="tracks (%)", ylim=(-3, 103))
     if law == "dahl":
-        ax.set_title(f"Share of {int(rows['tracks'].max())} tracks, at every speed")
+        ax.set_title("Share of the tracks")
         ax.figure.legend(loc="outside lower center", fontsize=SMALL)
 
 
