@@ -30,6 +30,21 @@ def loop(request, driven_loop):
     return model, state, work
 
 
+def test_loads_on_bodies_are_those_of_the_contact_list(loop):
+    """Force and moment about the mass centre of every body are the sums over its contacts, to rounding."""
+    _, _, work = loop
+    touched = ContactList(work)
+    force, moment = np.zeros((len(work.force_x), 2)), np.zeros(len(work.force_x))
+    each = touched.normal + touched.friction
+    np.add.at(force, touched.body, each)
+    np.add.at(moment, touched.body, touched.arm[:, 0] * each[:, 1] - touched.arm[:, 1] * each[:, 0])
+    size = np.abs(force).max()
+    assert size > 100.0  # N
+    np.testing.assert_allclose(work.force_x, force[:, 0], rtol=1e-9, atol=1e-9 * size)
+    np.testing.assert_allclose(work.force_y, force[:, 1], rtol=1e-9, atol=1e-9 * size)
+    np.testing.assert_allclose(work.moment, moment, rtol=1e-9, atol=1e-9 * np.abs(moment).max())
+
+
 def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     """The slip of a link at rest is the velocity of the wheel's surface, omega x r at the contact point."""
     model, state, work = loop

@@ -7,6 +7,7 @@ from fieldtest import text_file
 from fieldtest.logger_text import NUMBER
 from fieldtest.sensor_csv import read_sensor, write_sensor_csv
 from fieldtest.sensor_mapping import SensorMapping, _column, load_mapping
+from fieldtest.stamps import Stamps, lost_rows
 from tests import conftest
 from trackdyn.inputs.errors import InputError
 from trackdyn.rig import rig_file
@@ -581,3 +582,23 @@ def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path
     long = character * 200_000 + "x"
     assert _column(0, long, "").position == 0 and not any(form.fullmatch(long) for form in NUMBER.values())
     assert not rig_file.QUANTITY.fullmatch(long)
+
+
+@pytest.mark.parametrize(("late", "gap"), [(2.4, False), (2.6, True)])
+def test_a_step_of_more_than_two_and_a_half_intervals_is_a_gap(late, gap):
+    """Stamps in s of 100 Hz; less is jitter, which may be resampled."""
+    t = np.arange(1000) / 100
+    t[500:] += (late - 1) / 100
+    assert bool(lost_rows(Stamps(t, "s", 1e-9), t.size, None, True).any()) == gap
+
+
+@pytest.mark.parametrize(("largest", "asked"), [("99.125", True), ("500.125", True), ("1000.125", False)])
+def test_points_that_may_group_thousands_are_asked_about(largest, asked, tmp_path):
+    """Beside whole numbers and no number between 0 and 1, up to a thousand: 1.234 may be 1234."""
+    path = tmp_path / "a.csv"
+    body = [f"{k / 100:.2f},{('1.234', '7', largest, '2.345')[k % 4]}" for k in range(200)]
+    path.write_text("\n".join(["t_s,ay", *body]) + "\n")
+    if asked:
+        refused(path, ["decimals or thousands"], mapping=SensorMapping(unit="m/s2", range=1000.0))
+    else:
+        assert read_sensor(path, SensorMapping(unit="m/s2", range=1000.0)).ay.size == 200

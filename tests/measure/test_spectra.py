@@ -152,3 +152,8 @@ def test_content_above_the_corner_does_not_depend_on_where_a_record_ends(hz):
         assert spectra.rms(spectra.high_passed(a, RATE)) == pytest.approx(content, rel=3e-3), n
         leaked.append(spectra.high_frequency_rms(a, RATE) / content - 1)
     assert max(leaked) > 0.02
+
+
+@pytest.mark.parametrize(("periods", "held"), [(1.8, False), (1.999, False), (2.0, True), (2.2, True)])
+def test_a_line_needs_two_periods(periods, held):
+    assert spectra.holds_line(round(1000 * periods), 1000.0, 1.0) == held
