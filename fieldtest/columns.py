@@ -293,7 +293,12 @@ def _rows_of_code(source: Source, wanted: Wanted, group: str) -> Source:
     if not among:
         of_time = {column.position for column in time_like(source.columns)} | source.dated
         among, code = [column for column in source.columns if column.position not in of_time], group
-    rows_of = {column.position: _holds(source.texts(column.position), code) for column in among}
+    rows_of = {column.position: np.array(source.texts(column.position)) == code for column in among}
+    if not any(rows.any() for rows in rows_of.values()):  # pandas writes 2.0 for 2
+        number = number_in(code)
+        for column in among:
+            same = [text for text in set(source.texts(column.position)) if number_in(text) == number]
+            rows_of[column.position] = np.isin(source.texts(column.position), same)
     holders = [column for column in among if rows_of[column.position].any()]
     if len(holders) > 1:
         chosen = wanted.choose(source.columns)
@@ -315,13 +320,6 @@ def _rows_of_code(source: Source, wanted: Wanted, group: str) -> Source:
         fields = " or ".join(f"`group: {_quoted(_group(source, column, code))}`" for column in holders[:4])
         raise InputError(f"columns {words} hold {code!r}; say which is meant, {fields}.")
     return replace(source.only(rows_of[holders[0].position]), group=_group(source, holders[0], code))
-
-
-def _holds(texts: list[str], code: str) -> np.ndarray:
-    """(N,) whether cells are a code, or the same number, as pandas writes 2.0 for 2."""
-    number = number_in(code)
-    same = [text for text in set(texts) if text == code or number_in(text) == number]
-    return np.isin(texts, same)
 
 
 def _group(source: Source, column: Column, code: str) -> str:

@@ -25,8 +25,9 @@ _STILL, _STILL_S, _MUCH_LONGER = 20, 0.1, 5.0
 # distance from all other values, in their extent, from which on an extreme that repeats is no sample; and values that
 # loggers write instead of one: 9s, and ends of 16 and 32 bits
 _APART, _FEWEST_LEVELS, _MOST_MARKS = 0.5, 8, 3
-# errors of a bus: their least number, and times further from the mean of the rows beside them than others are
-_STRAY, _OFF, _MANY_LEVELS = 8, 4.0, 100
+# errors of a bus: their least number, and times further from the mean of the rows beside them than others are, and than
+# the standard deviation of the signal
+_STRAY, _OFF, _OFF_SPREAD, _MANY_LEVELS = 8, 4.0, 0.2, 100
 _MARKS = {sign * (10.0**n - 1) for n in range(3, 8) for sign in (1, -1)} | {
     value for bits in (16, 32) for value in (-(2.0 ** (bits - 1)), 2.0 ** (bits - 1) - 1, 2.0**bits - 1)
 }
@@ -150,14 +151,14 @@ def marks(values: np.ndarray) -> np.ndarray:
 
 
 def stray(values: np.ndarray) -> np.ndarray:
-    """(N,) whether a value is an error of a bus: far more frequent than those near it, and off the rows beside it."""
+    """(N,) whether 0 or -1 is an error of a bus: far more frequent than values near it, and off the rows beside it."""
     levels, counts = np.unique(values, return_counts=True)
     off = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2)
-    for value in {0.0, -1.0, float(levels[counts.argmax()])} & set(levels) if levels.size > _MANY_LEVELS else ():
+    for value in {0.0, -1.0} & set(levels) if levels.size > _MANY_LEVELS else ():
         here, k = values == value, int(np.searchsorted(levels, value))
         near = np.delete(counts[max(k - 5, 0) : k + 6], min(k, 5))
         often = counts[k] >= max(_STRAY, _MORE_OFTEN * np.median(near))
-        if often and np.median(off[here[1:-1]]) > _OFF * np.median(off):
+        if often and np.median(off[here[1:-1]]) > max(_OFF * np.median(off), _OFF_SPREAD * np.nanstd(values)):
             return here
     return np.zeros(values.size, bool)
 
