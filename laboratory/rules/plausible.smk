@@ -90,3 +90,12 @@ rule plausible:
     input:
         full(rules.plausible_tables),
         full(rules.plausible_figure),
+
+
+rule coverage:
+    """Coverage of the intervals of two and of four turns, windows in a row of one run on three rigs (some minutes)."""
+    input:
+        kernels=KERNELS,
+    output: f"{L}/coverage.csv"
+    log: f"{L}/logs/coverage.log"
+    script: "../plausible/coverage.py"
