@@ -31,6 +31,7 @@ from replication.paper.scorecard import (
     headline,
     learned_sentences,
     neighbours_sentence,
+    outside_sentence,
     radius_sentence,
     sentence_verdicts,
     statements,
@@ -537,3 +538,12 @@ def test_neighbours_lose_what_the_rig_meets():
     judged = pd.DataFrame({"number": [7, 19, 3], "verdict": [NOT_MET, MET, MET]})
     said = neighbours_sentence(near, judged)
     assert "holds on 1 of 2 of them" in said and said.endswith("lost or not decided are 19 (1 of 2).")
+
+
+def test_transition_velocity_outside_its_range_is_said_with_its_friction():
+    rows = [["ring_contact.friction_static", 0.3, "1", 0.2, 0.9, "", "assumed"],
+            ["ring_contact.transition_velocity", 1.5, "m/s", 0.01, 0.15, "above", "fitted"]]  # fmt: skip
+    parameters = pd.DataFrame(rows, columns=["name", "value", "unit", "low", "high", "outside", "kind"])
+    said = outside_sentence(parameters, "mine", of_tracks()["mobilised"])
+    assert "velocity 1.5 m/s, a mobilised friction of 0.009 to 0.016 (assumed: 0.01 to 0.15)" in said
+    assert "mobilised" not in outside_sentence(parameters, "mine")

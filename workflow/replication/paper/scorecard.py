@@ -16,6 +16,7 @@ RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.t
 FREE = "19"  # sentence that a summary of the tracks names: conclusion 3
 PITCH = "polygon"  # reading of equal pitch from which the recommended radius is counted
 OTHER_PITCHES = ("arc", "pins", "chord")
+RING_VELOCITY = "ring_contact.transition_velocity"
 CREEP_BOUNDS = (RUBBER[0], 10.0)  # s/m, that part tracks by their rings
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
@@ -209,7 +210,7 @@ def mobilised(table: pd.DataFrame, slope: float) -> str:
 def creep_slope(parameters: pd.DataFrame) -> float:
     """Creep slope of a rig's ring, its friction over the velocity at which it is reached, s/m."""
     of_rig = parameters.set_index("name")["value"]
-    return float(of_rig["ring_contact.friction_static"]) / float(of_rig["ring_contact.transition_velocity"])
+    return float(of_rig["ring_contact.friction_static"]) / float(of_rig[RING_VELOCITY])
 
 
 def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
@@ -302,22 +303,30 @@ def _listed(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
-def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
-    """Sentence on what is fitted, and on the values outside of their assumed ranges."""
-    kinds, cells = parameters["kind"].value_counts(), outside_values(parameters)
+def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame | None = None) -> str:
+    """Say what is fitted, and which values are outside of their assumed ranges (`outside_values`)."""
+    kinds, cells = parameters["kind"].value_counts(), outside_values(parameters, of_ring)
     fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
     count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
     text = f"The paper prints or implies {count}; {fitted} are fitted."
     return f"{text} Values outside of the assumed ranges: {'; '.join(cells)}." if cells else text
 
 
-def outside_values(parameters: pd.DataFrame) -> list[str]:
-    """Values outside of their assumed ranges, each beside its range."""
+def outside_values(parameters: pd.DataFrame, of_ring: pd.DataFrame | None = None) -> list[str]:
+    """Values outside of their assumed ranges, each beside its range.
+
+    The transition velocity of the ring is given with the friction that it stands for, of the table ``of_ring``
+    (`mobilised`).
+    """
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
-    return [
-        f"{re.sub('[._]', ' ', name)} {significant(float(value), 3)} {unit} (assumed: {low:g} to {high:g})"
-        for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False)
-    ]
+    cells = []
+    for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False):
+        words = re.sub("[._]", " ", name)
+        friction = ""
+        if name == RING_VELOCITY and of_ring is not None:
+            friction = f", {mobilised(of_ring, creep_slope(parameters))}"
+        cells.append(f"{words} {significant(float(value), 3)} {unit}{friction} (assumed: {low:g} to {high:g})")
+    return cells
 
 
 def answer_sentences(

@@ -89,7 +89,7 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
         learned="\n\n".join(learned_sentences(learned)),
         statements=_markdown(statements(card)),
         marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
-        outside=outside_sentence(parameters, rig),
+        outside=outside_sentence(parameters, rig, learned["mobilised"]),
         trade=trade_sentence(promises),
     )
 

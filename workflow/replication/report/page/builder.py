@@ -179,7 +179,11 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
     shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in tables.items()}
     numbers = pd.read_csv(results / "printed_numbers.csv", dtype={"part": str})
     rig, parameters = card["rig"].iloc[0], results / "tables" / "parameters.csv"
-    known = [outside_sentence(pd.read_csv(parameters), rig)] if parameters.is_file() and not own else []
+    known = (
+        [outside_sentence(pd.read_csv(parameters), rig, shares.get("mobilised"))]
+        if parameters.is_file() and not own
+        else []
+    )
     return {
         "rig": rig,
         "said": {} if own else statements_by_label(card, judged, shares),
