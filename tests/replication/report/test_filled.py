@@ -5,7 +5,7 @@ import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
 from replication.paper.claims import load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, fill, stored
+from replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 from tests.conftest import ROOT
 from trackdyn.rig.rig import parameter_table
 
@@ -50,3 +50,14 @@ def test_a_page_without_marks_is_named(tmp_path):
     source.write_text("a\n1\n", encoding="utf-8")
     with pytest.raises(Exception, match="must occur once each"):
         fill(page, [source], lambda rows: "")
+
+
+def test_files_are_kept_and_pages_are_written_from_them(tmp_path, monkeypatch):
+    """What the commands of the rules `pictures` and `laboratory_pages` do."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs" / "measured").mkdir(parents=True)
+    page = tmp_path / "docs" / "page.md"
+    page.write_text(f"{BEGIN}{END}", encoding="utf-8")
+    (tmp_path / "rows.csv").write_text("a\n1\n", encoding="utf-8")
+    write_pages(["rows.csv"], [("docs/page.md", ("rows.csv",), lambda rows: f"sum {rows['a'].sum()}")])
+    assert "sum 1" in page.read_text(encoding="utf-8")

@@ -168,7 +168,7 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
         with replacing(folder / file.name) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
-        fill(Path(page), map(stored, sources), write)
+        fill(Path(page), [*map(stored, sources)], write)
 
 
 def stored(source: str) -> Path:
