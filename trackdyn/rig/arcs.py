@@ -22,7 +22,7 @@ MOST_ARCS = 15  # on a flank: the areas of a groove are stored as bits
 
 
 class ToothProfile(Section):
-    """A groove that is not the design of `groove`: a list of arcs."""
+    """Tooth profile as a list of arcs, in place of the design of `groove`."""
 
     # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first; rounded ones are joined
     arcs: Annotated[Table, Quantity("m, m, m, 1")]
@@ -34,12 +34,12 @@ class ToothProfile(Section):
 
     @property
     def size(self) -> float:
-        """Distance of the bottom of the arcs from the sprocket's centre, m."""
+        """Distance of the lowest point of the arcs from the sprocket's centre, m."""
         _, y, radius, sign = self.arcs[-1]
         return abs(y + sign * radius)
 
     def groove(self, teeth: int, arc_radius: float = 0.0) -> Groove:
-        """The groove of the arcs, for connectors with arcs of ``arc_radius`` (m).
+        """Return the groove of the arcs, for connectors with arcs of ``arc_radius`` (m).
 
         Raises `InputError`: the arcs make no groove, or one that these connectors do not fit into.
         """
@@ -54,7 +54,7 @@ class ToothProfile(Section):
 
 
 def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
-    """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
+    """Return the groove of a left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
 
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
@@ -89,15 +89,13 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
 
 
 def _joints(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ways (k - 1, 2) between the centres of neighbouring arcs (k, 4), their lengths along the normals if these are
-    common, and by how much the arcs miss each other; m.
-    """
+    """Return vectors (k - 1, 2) between centres of neighbouring arcs (k, 4), lengths of tangent ones, and gaps, m."""
     between, reach = np.diff(arcs[:, :2], axis=0), -np.diff(arcs[:, 3] * arcs[:, 2])
     return between, reach, np.abs(np.hypot(*between.T) - np.abs(reach))
 
 
 def rounding(arcs: np.ndarray) -> float:
-    """By how much arcs (k, 4) may miss each other because print has rounded centres and radii, m."""
+    """Return the largest gap between arcs (k, 4) that rounding of printed centres and radii explains, m."""
 
     def half_unit(values: np.ndarray) -> float:  # of the last decimal
         last = min(int(Decimal(repr(value)).as_tuple().exponent) for value in values.ravel().tolist())
@@ -107,7 +105,7 @@ def rounding(arcs: np.ndarray) -> float:
 
 
 def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank that miss each other by no more than their last decimal, with common tangents.
+    """Return arcs (k, 4) of a flank made tangent, if they miss each other by no more than their last decimal.
 
     Kept are all radii but the tip's, the directions in which the centres lie from each other, and the height of the
     last one. Arcs that are tangent, and those that miss by more, are returned as they are.
@@ -121,7 +119,7 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank; one concave arc alone gets a tip that is tangent to it, centred on the tooth line.
+    """Return arcs (k, 4) of a flank; a single concave arc gets a tip that is tangent to it, centred on the tooth line.
 
     Raises `InputError`: the only arc is not a concave one in the middle of the groove.
     """

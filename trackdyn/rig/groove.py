@@ -17,7 +17,7 @@ CONVEX = (1, 4, 7, 10)
 
 
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
-    """Pin to pin length of the connector that fits ``teeth`` pitches on a pin circle.
+    """Return the pin-to-pin length of the connector that fits ``teeth`` pitches on a pin circle.
 
     Solves ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for ``b``; lengths in m. Raises `InputError`: the link
     leaves no room for it.
@@ -31,7 +31,7 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 
 def pin_height(teeth: int, link_length: float, link_thickness: float, equal_pitch_radius: float) -> float:
-    """Distance of a connector from the sprocket's centre, its links on a ring of ``equal_pitch_radius``; all in m."""
+    """Return the distance of a connector from the sprocket's centre when links lie on ``equal_pitch_radius``; m."""
     pin_circle = hypot(equal_pitch_radius + link_thickness / 2, link_length / 2)
     return sqrt(pin_circle**2 - connector_length(teeth, link_length, pin_circle) ** 2 / 4)
 
@@ -49,21 +49,21 @@ class Groove:
     teeth: int  # number of grooves
 
     def __post_init__(self) -> None:
-        """Let nobody write into arrays that all scenes of a rig are made from."""
+        """Make the arrays read-only, since all scenes of a rig share them."""
         for array in (self.centre, self.radius, self.direction, self.half_angle, self.convex):
             array.setflags(write=False)
 
     @property
     def as_table_1(self) -> bool:
-        """Whether its areas are convex and concave as those of Table 1."""
+        """True if its areas are convex and concave as those of Table 1."""
         return [area for area, convex in enumerate(self.convex, 1) if convex] == [*CONVEX] and len(self.convex) == 10
 
     def joints(self) -> np.ndarray:
-        """(k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""
+        """Return the (k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""
         return np.array([self.arc(area, 2)[-1] for area in range(1, len(self.radius))])
 
     def arc(self, area: int, points: int = 30) -> np.ndarray:
-        """(points, 2) points of one area from left to right, m."""
+        """Return (points, 2) points of an area from left to right, m."""
         j = area - 1
         middle = atan2(self.direction[j, 0], self.direction[j, 1])
         angle = middle + np.linspace(-1, 1, points) * self.half_angle[j]
@@ -72,12 +72,12 @@ class Groove:
         return self.centre[j] + self.radius[j] * np.column_stack([np.sin(angle), np.cos(angle)])
 
     def profile(self, points: int = 30) -> np.ndarray:
-        """(k points, 2) points of the whole groove from left tip to right tip, m."""
+        """Return (k points, 2) points of the whole groove from left tip to right tip, m."""
         return np.vstack([self.arc(area, points) for area in range(1, len(self.radius) + 1)])
 
 
 def groove_of_flank(teeth: int, arcs: np.ndarray, ends: np.ndarray) -> Groove:
-    """Groove of its left flank and the mirror image of that.
+    """Return the groove of a left flank and its mirror image.
 
     The flank is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
     (k + 1,) at which they begin and the last one ends, rad.
@@ -92,17 +92,17 @@ def groove_of_flank(teeth: int, arcs: np.ndarray, ends: np.ndarray) -> Groove:
 
 
 def nu(alpha: float) -> np.ndarray:
-    """(2,) unit normal of a surface of slope ``alpha`` (rad), out of the steel."""
+    """Return the (2,) unit normal of a surface of slope ``alpha`` (rad), out of the steel."""
     return np.array([sin(alpha), cos(alpha)])
 
 
 def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y
-    of the last centre; m.
+    """Return arcs (k, 4) of a flank from radii and slopes of its joints.
 
-    The walk starts at the middle of the groove. The surface point of an arc is ``O + s r nu`` with its sign ``s``, 1
-    for convex and -1 for concave; a common tangent at slope ``alpha`` puts the centres of neighbours on one line along
-    ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
+    ``radii`` (k - 1,) are all but the tip's, m; ``slopes`` (k - 1,) are in rad; ``bottom`` is the y of the last
+    centre, m. The construction starts at the middle of the groove. The surface point of an arc is ``O + s r nu`` with
+    its sign ``s``, 1 for convex and -1 for concave; a common tangent at slope ``alpha`` puts the centres of neighbours
+    on one line along ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
     """
     k = len(signs)
     arcs = np.zeros((k, 4))
@@ -186,13 +186,13 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
-    """Depth (n,) of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
+    """Return the depth (n,) of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
 
     ``points`` (n, 2) are their centres in the frame of the groove in whose sector of half angle pi / m they are, m. The
     ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc, in
     which a centre deeper than that is in no area. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
     centre to the profile, positive in the open groove. The profile with its mirror images about the tooth lines is a
-    closed curve with a continuous tangent, so the nearest of all feet of perpendiculars, at ``| |e| - r_j |`` on arcs
+    closed curve with a continuous tangent, so the closest point, at ``| |e| - r_j |`` on arcs
     whose sector holds the centre, is exact, and its side (within a concave circle or out of a convex one is open) is
     the sign. A centre on this side of the tooth line has its nearest point there, too.
     """
@@ -207,7 +207,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
 
 def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, angle: float) -> np.ndarray:
-    """`true_depth` of arcs at ``centres`` (n, 2) from the sprocket's centre (m), if it is turned by ``angle`` (rad).
+    """Return `true_depth` of arcs at ``centres`` (n, 2) from the centre (m) of a sprocket turned by ``angle`` (rad).
 
     Arcs out of reach of the teeth (Eq. 18) have the depth -inf.
     """
@@ -222,14 +222,14 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
 
 
 def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
-    """Direction to the middle of the sector between two directions, and its half angle."""
+    """Return the direction to the middle of the sector between two directions, and its half angle."""
     middle = first / hypot(*first) + last / hypot(*last)
     middle /= hypot(*middle)
     return middle, acos(min(1.0, float(first @ middle) / hypot(*first)))
 
 
 def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, target: np.ndarray) -> np.ndarray:
-    """Where a circle crosses one about the origin, the point nearer to ``target``, m; `InputError` if nowhere."""
+    """Return the intersection of two circles, one about the origin, nearer to ``target``, m; `InputError` if none."""
     distance = hypot(*centre)
     cosine = (distance**2 + about_origin**2 - radius**2) / (2 * distance * about_origin)
     if radius <= 0 or abs(cosine) > 1:
@@ -243,13 +243,13 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
 
 
 def equal_pitch_radii(teeth: float, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by four readings; lengths in m.
+    """Return the ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by four definitions; lengths in m.
 
-    The paper prints the radius and does not say which one it means. All pins lie on one circle in ``polygon`` and
+    The paper prints the radius and not its definition. All pins lie on one circle in ``polygon`` and
     ``pins``, links and connectors its chords: those of a pitch span the chord ``c = 2 rp sin(pi / teeth)``,
     ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, the inverse of `connector_length`.
 
-    - ``polygon``: links touch the ring in their middle; the reading of ``sprocket.equal_pitch_radius``
+    - ``polygon``: links touch the ring in their middle; the definition of ``sprocket.equal_pitch_radius``
     - ``arc``: the middle line of the chain bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``
     - ``pins``: half the thickness of a link below the circle of the pins, ``rp = r + D/2``
     - ``chord``: the same below the pitch circle of a sprocket whose pitch is one chord,

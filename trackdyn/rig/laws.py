@@ -1,5 +1,7 @@
-"""Laws of materials: the damping factors of the normal laws, which say how much of the speed a contact gives back
-(Eq. 8), and Maxwell branches of rubber whose loss factor hardly depends on the frequency.
+"""Material laws.
+
+Damping factors of the normal laws, which set the restitution of a contact (Eq. 8), and Maxwell elements of rubber whose
+loss factor hardly depends on the frequency.
 """
 
 from collections.abc import Callable
@@ -17,12 +19,12 @@ ALMOST_ONE = 1 - 1e-15
 
 
 def _imbalance(loss, restitution):
-    """``chi (1 + e) - ln((1 + chi) / (1 - chi e))``, the integral of ``m v dv = -f (1 + chi v / v0) d delta``."""
+    """Integrate ``m v dv = -f (1 + chi v / v0) d delta``: ``chi (1 + e) - ln((1 + chi) / (1 - chi e))``."""
     return loss * (1 + restitution) - log1p(loss) + log1p(-loss * restitution)
 
 
 def delivered_restitution(loss: float) -> float:
-    """Restitution e of a damping factor, whatever the elastic law: ``chi (1 + e) = ln((1 + chi) / (1 - chi e))``."""
+    """Solve ``chi (1 + e) = ln((1 + chi) / (1 - chi e))`` for the restitution e of a damping factor chi."""
     if loss < 1.5 * NEARLY_ELASTIC:
         return 1 - 2 / 3 * loss + 4 / 9 * loss**2
     upper = min(1.0, ALMOST_ONE / loss)
@@ -32,7 +34,7 @@ def delivered_restitution(loss: float) -> float:
 
 
 def delivering_loss(restitution: float) -> float:
-    """Damping factor that delivers the restitution it is named after: the inverse of `delivered_restitution`."""
+    """Return the damping factor that delivers a restitution: the inverse of `delivered_restitution`."""
     lack = 1 - restitution
     if lack < NEARLY_ELASTIC:
         return 1.5 * lack * (1 + lack)
@@ -43,7 +45,7 @@ def delivering_loss(restitution: float) -> float:
 
 
 class NormalLaw(NamedTuple):
-    """A normal law: the form of its elastic term, and the damping factor in its bracket."""
+    """Normal law: the form of its elastic term, and the damping factor in its bracket."""
 
     loss: Callable[[float], float]  # damping factor chi of a restitution
     unclipped: bool = False  # the bracket of Eq. 8 must reach 1 + chi at first
@@ -58,20 +60,20 @@ NORMAL_LAWS = {
 
 
 BushingLaw = Literal["viscous", "hysteretic"]
-# Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
+# Frequencies at which the elements lose most, Hz: the ends and the middle of the band of the law.
 BAND = (0.5, 50.0)
 BRANCHES = 3
 
 
 def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffnesses, as shares of that at rest, and relaxation times (s) of branches with a loss factor over ``BAND``.
+    """Return relative stiffnesses and relaxation times (s) of Maxwell elements with a loss factor over ``BAND``.
 
     The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
-    With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
-    the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
-    shares: they are fitted over the band by least squares, and none is negative for loss factors up to 0.5. A constant
-    loss factor means a stiffness that grows with the frequency (Kramers-Kronig): across the band by about
-    ``w^(2 loss_factor / pi)``.
+    Stiffnesses are relative to that at rest. With ``x = w T``, an element of the stiffness g adds ``g x / (1 + x^2)``
+    to the loss modulus and ``g x^2 / (1 + x^2)`` to the storage modulus 1 at rest. The loss modulus less the loss
+    factor times the storage modulus is linear in the stiffnesses: they are fitted over the band by least squares, and
+    none is negative for loss factors up to 0.5. A constant loss factor means a stiffness that grows with the frequency
+    (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2

@@ -1,4 +1,4 @@
-"""The loop on its wheels: the belt path around their circles and the chain laid along it.
+"""Layout of the loop: the belt path around the wheels and the chain laid along it.
 
 The chain runs clockwise; bodies are numbered along the run, so the left arc of a connector (at its
 input pin) trails and a link's y axis points outward.
@@ -38,14 +38,14 @@ class BeltPath:
         return float(self.start[-1])
 
     def sag(self, weight: float) -> float:
-        """Length by which a chain of a ``weight`` (N/m) is longer than its runs, times its tension squared, m N2.
+        """Return the excess length of a sagging chain of a ``weight`` (N/m) times its tension squared, m N2.
 
         Over a run of length l that is ``w^2 l^3 / (24 T^2)``.
         """
         return weight**2 * float((np.diff(self.start)[1::2] ** 3).sum()) / 24
 
     def along(self, s):
-        """Positions (k, 2), headings (rad) and curvatures (1/m, clockwise positive) at arc lengths ``s`` (k,)."""
+        """Return positions (k, 2), headings (rad) and curvatures (1/m, positive clockwise) at arc lengths ``s``."""
         s = np.asarray(s, dtype=float) % self.length
         piece = np.minimum(np.searchsorted(self.start, s, side="right") - 1, 2 * len(self.wrap) - 1)
         wheel, on_run = piece // 2, piece % 2 == 1
@@ -60,9 +60,9 @@ class BeltPath:
 
 
 def belt_path(circles, names=None) -> BeltPath:
-    """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
+    """Return the belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
-    ``names`` are what a refusal calls them; neighbours may overlap as wheels beside each other on their axles do.
+    ``names`` are those in error messages; neighbours may overlap as wheels side by side on their axles do.
     Raises `InputError` if no tangent of two exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
@@ -88,7 +88,7 @@ def belt_path(circles, names=None) -> BeltPath:
 
 
 def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: float | None = None) -> np.ndarray:
-    """Centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
+    """Return centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
 
     The radius is that of the pins of links lying on the wheel, or with ``surface`` the wheel's own.
     ``body`` is the distance of the pins of a body that carries a link (a link's own).
@@ -105,12 +105,12 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: flo
 
 
 def wheel_names(rig: Rig) -> tuple[str, ...]:
-    """Names of all wheels in the order of a model's, the sprocket first."""
+    """Return the names of all wheels in the order of a model's, the sprocket first."""
     return ("sprocket", *rig.wheels)
 
 
 def run_order(circles: np.ndarray) -> list[int]:
-    """Wheels in the order in which a taut clockwise chain around all of them meets them.
+    """Return wheels in the order in which a taut clockwise chain around all of them meets them.
 
     From the highest circle on the chain leaves every wheel to the one that bends its run least; of wheels on one line
     the nearest comes first. A large wheel between smaller ones may be met twice, wheels within not at all. The sprocket
@@ -141,7 +141,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 
 
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
-    """Path of the pins around the rig's wheels, and the index in `wheel_names` of each circle; or `InputError`."""
+    """Return the path of the pins around the wheels, and the index in `wheel_names` of each circle; or `InputError`."""
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
     check_overlap(rig, circles[:, :2])
     order = run_order(circles)
@@ -165,7 +165,7 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
 
 
 def check_overlap(rig: Rig, centres: np.ndarray) -> None:
-    """Refuse (`InputError`) wheels with their centres (w, 2) (m) of which one reaches into another."""
+    """Raise `InputError` if wheels with their centres (w, 2) (m) overlap."""
     solid, names = wheel_circles(rig, surface=True)[:, 2], wheel_names(rig)
     for i in range(len(centres)):
         for k in range(i + 1, len(centres)):
@@ -179,16 +179,16 @@ def check_overlap(rig: Rig, centres: np.ndarray) -> None:
 
 
 def _needed(solid: np.ndarray, i: int, k: int) -> float:
-    """Distance (m) of the centres of two wheels with their radii (m) at which one does not reach into the other.
+    """Return the least distance (m) of the centres of two wheels, by their radii (m).
 
-    The sprocket stands in the plane of all others. Two of these may stand beside each other on their axles and overlap
-    in the view from the side, until one reaches the other's axle.
+    The sprocket is in the plane of all others. Two of these may be side by side on their axles and overlap in the view
+    from the side, until one reaches the other's axle.
     """
     return float(solid[i] + solid[k] if 0 in (i, k) else max(solid[i], solid[k]))
 
 
 def travel_range(rig: Rig, shift: float) -> tuple[float, float]:
-    """Ends of the tensioner's travel (m), cut where its wheel, on its way from ``shift``, would reach into another."""
+    """Return the ends of the tensioner's travel (m), cut where its wheel, moved from ``shift``, would meet another."""
     low, high = -rig.tension.travel, rig.tension.travel
     circles, moved, angle = wheel_circles(rig, surface=True), tensioner(rig), rig.tension.direction * pi / 180
     for k in set(range(len(circles))) - {moved}:
@@ -202,17 +202,17 @@ def travel_range(rig: Rig, shift: float) -> tuple[float, float]:
 
 
 def tensioner(rig: Rig) -> int:
-    """Index of the wheel that sets the tension."""
+    """Return the index of the tensioning wheel."""
     return wheel_names(rig).index(rig.tension.wheel)
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
-    """Arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
+    """Return arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
 
     Newton's method, with every pin between half a chord and 1.6 chords further on than the one before it. Raises
     `InputError`: a body is too long for the wheels.
     """
-    # the cut joint stands in the middle of the last run, where its load is the tension of that strand
+    # the cut joint is in the middle of the last run, where its load is the tension of that strand
     s = 0.5 * (path.start[-2] + path.start[-1]) + np.concatenate([[0.0], np.cumsum(lengths)])
     for _ in range(MOST_STEPS):
         pins, heading, _ = path.along(s)
@@ -236,7 +236,7 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A chain laid around the wheels."""
+    """Chain laid around the wheels."""
 
     pins: np.ndarray  # (n, 2) input pins of the bodies, m
     angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
@@ -248,21 +248,21 @@ class Assembly:
 
 
 def body_lengths(rig: Rig, chain: str = "double_pin") -> np.ndarray:
-    """Pin to pin lengths of the bodies of a chain: links and connectors in turn, or one body a pitch, m."""
+    """Return pin-to-pin lengths of the bodies of a chain: links and connectors in turn, or one body a pitch, m."""
     if chain == "single_pin":
         return np.full(rig.chain.pitches, rig.single_pin_pitch)
     return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
 
 
 def longest_strand(rig: Rig, path: BeltPath) -> tuple[float, float]:
-    """Weight of a chain of links and connectors (N/m), and its longest run between two wheels (m)."""
+    """Return the weight of a chain of links and connectors (N/m), and its longest run between two wheels (m)."""
     c = rig.chain
     weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
     return weight, float(np.diff(path.start)[1::2].max())
 
 
 def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
-    """By how much the path grows with a shift of the tensioning wheel; `InputError` if the direction is at fault."""
+    """Return the derivative of the path's length by the tensioner's shift; `InputError` if the direction gives none."""
     growth, tension = np.zeros(2), rig.tension
     for k, wheel in enumerate(order):
         if wheel == tensioner(rig):
@@ -280,7 +280,7 @@ def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
 
 
 def can_close(rig: Rig) -> bool:
-    """Whether the loop of links and connectors closes within the tensioner's travel: `assemble` without the search."""
+    """Return whether the loop of links and connectors closes within the tensioner's travel, without `assemble`."""
     lengths = body_lengths(rig)
     try:
         ends = [_slack(rig, shift, lengths) for shift in (-rig.tension.travel, rig.tension.travel)]
@@ -290,7 +290,7 @@ def can_close(rig: Rig) -> bool:
 
 
 def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
-    """Length of the chain on the path less that of the path, with the tensioning wheel shifted, m."""
+    """Return the length of the chain on the path less that of the path, with the tensioning wheel shifted, m."""
     path, _ = belt_around(rig, shift, float(lengths[0]))
     s = _lay(path, lengths)
     return (s[-1] - s[0]) - path.length
@@ -301,8 +301,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
 
     ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If there is one
     body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
-    closes the loop (the sentence says whether the loop is too short or too long and by how much), or if its direction
-    does not tension the chain.
+    closes the loop (the message states by how much the loop is too short or too long), or if its direction does not
+    tension the chain.
     """
     lengths = body_lengths(rig) if lengths is None else lengths
     single = len(lengths) == rig.chain.pitches

@@ -1,4 +1,4 @@
-"""Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
+"""Parameters of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
@@ -39,10 +39,10 @@ OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
 
 
 class Rig(Section):
-    """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
+    """Rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
-    Wheels beside the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors`` is
-    the one that is shown and compared where no other one is named.
+    Wheels other than the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors``
+    is shown and compared by default.
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
@@ -68,7 +68,7 @@ class Rig(Section):
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
     def __repr__(self) -> str:
-        """One line: the chain, the sprocket and the wheels."""
+        """Return one line: the chain, the sprocket and the wheels."""
         kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.wheels)
         return f"<Rig: {self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}>"
 
@@ -84,7 +84,7 @@ class Rig(Section):
             raise InputError(fault)
 
     def _faults(self) -> Iterator[str]:
-        """Sentences about surfaces, tooth and tension that cannot be."""
+        """Yield errors of surfaces, tooth and tension."""
         for name, surface in self.contact_surfaces.items():
             static, dynamic = surface.friction_static, surface.friction_dynamic
             if dynamic > static:
@@ -122,7 +122,7 @@ class Rig(Section):
             )
 
     def _wheel_faults(self) -> Iterator[str]:
-        """Sentences about wheels that cannot be."""
+        """Yield errors of wheels."""
         for name, wheel in self.wheels.items():
             if wheel.surface not in self.contact_surfaces:
                 choice = ", ".join(self.contact_surfaces)
@@ -133,7 +133,7 @@ class Rig(Section):
                 yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
 
     def _sensor_faults(self) -> Iterator[str]:
-        """Sentences about sensors that cannot be."""
+        """Yield errors of sensors."""
         pitches = self.chain.pitches
         for name, sensor in self.sensors.items():
             if sensor.pitch > pitches:
@@ -143,7 +143,7 @@ class Rig(Section):
                 yield f"{name}.rate = {sensor.rate} Hz: {others}"
 
     def _name_faults(self) -> Iterator[str]:
-        """Sentences about groups without members, and members whose names mean something else in a dotted name."""
+        """Yield errors of groups without members, and of members whose names mean something else in a dotted name."""
         taken = {*type(self).model_fields}
         for group, example in (("wheels", "idler"), ("surfaces", ""), ("sensors", "sensor")):
             if example and not getattr(self, group):
@@ -158,7 +158,7 @@ class Rig(Section):
 
     @property
     def first_sensor(self) -> sections.SensorParameters:
-        """The sensor that is shown and compared where no other one is named."""
+        """Sensor that is shown and compared by default."""
         return next(iter(self.sensors.values()))
 
     @property
@@ -168,21 +168,21 @@ class Rig(Section):
 
     @property
     def g(self) -> float:
-        """Acceleration that sensors call 1 g, m/s2: gravity, or that of the earth where there is none."""
+        """Unit of acceleration of the sensors, 1 g in m/s2: gravity, or that of the earth if the rig has none."""
         return self.gravity or 9.81
 
     @property
     def contact_surfaces(self) -> dict[str, Surface]:
-        """All contact surfaces by name."""
+        """Contact surfaces by name."""
         return {name: getattr(self, name) for name in sections.CONTACTS} | self.surfaces
 
     @property
     def ring_radius(self) -> float | None:
-        """Radius of the ring that the rig has (m), None where it has none."""
+        """Radius of the rig's ring (m), None without a ring."""
         return self.sprocket.ring_radius if self.sprocket.ring == "present" else None
 
     def tried_step(self, motor_rpm: float) -> TestedStep | None:
-        """The step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
+        """Return the step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
         steps = sorted(self.tried, key=lambda step: step.rpm)
         return next((step for step in steps if step.rpm >= motor_rpm), steps[-1] if steps else None)
 
@@ -201,7 +201,7 @@ class Rig(Section):
         return [name for name, field in self.fields.items() if name in ignored and field.value]
 
     def link_ahead(self, connector: int) -> int:
-        """Pitch, from 1, of the link that runs ahead of a connector."""
+        """Return the pitch, from 1, of the link that runs ahead of a connector."""
         return connector % self.chain.pitches + 1
 
     @cached_property
@@ -217,7 +217,7 @@ class Rig(Section):
 
     @cached_property
     def single_pin_pitch(self) -> float:
-        """Pin to pin length of a single-pin body, m: the pins stand where the links' lines meet at equal pitch."""
+        """Pin-to-pin length of a single-pin body, m: its pins are where the links' lines meet at equal pitch."""
         middle = self.sprocket.equal_pitch_radius + self.chain.link_thickness / 2
         return 2 * middle * tan(pi / self.sprocket.teeth)
 
@@ -229,7 +229,7 @@ class Rig(Section):
 
     @cached_property
     def equal_pitch_radii(self) -> dict[str, float]:
-        """Ring radii of equal pitch (m) by their four readings (`groove.equal_pitch_radii`)."""
+        """Ring radii of equal pitch (m) by four definitions (`groove.equal_pitch_radii`)."""
         single = self.chain.kind == "single_pin"
         link = self.single_pin_pitch if single else self.chain.link_length
         radii = equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
@@ -237,7 +237,7 @@ class Rig(Section):
 
     @cached_property
     def groove_profile(self) -> Groove:
-        """The arcs: the ten of the design, or those of a profile. Raises `InputError`: they make no groove."""
+        """Groove of the ten arcs of the design, or of a profile. Raises `InputError`: the arcs make no groove."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
             arc, size, equal = self.chain.connector_radius, self.profile.size, self.sprocket.equal_pitch_radius
@@ -252,7 +252,7 @@ class Rig(Section):
         return build_groove(self.groove, self.sprocket.teeth, *bodies)
 
     def composite_modulus(self, surface: Surface) -> float:
-        """E* of a surface against steel by Eq. (9), Pa."""
+        """Return E* of a surface against steel by Eq. (9), Pa."""
         return 1 / sum((1 - solid.poisson_ratio**2) / solid.youngs_modulus for solid in (surface, self.steel))
 
     @cached_property
@@ -262,14 +262,14 @@ class Rig(Section):
 
     @classmethod
     def may_have(cls, name: str) -> bool:
-        """Whether some rig has a field of this dotted name."""
+        """Return whether some rig has a field of this dotted name."""
         first, _, rest = name.partition(".")
         if first not in cls.model_fields:
             name = f"*.{rest}" if NAME.fullmatch(first) else ""
         return name in possible_fields(cls)
 
     def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
-        """The field of a name, or `InputError` with names that are close."""
+        """Return the field of a name; `InputError` with similar names if there is none."""
         if name in fields:
             return fields[name]
         close = get_close_matches(name, self.fields, 2)
@@ -278,7 +278,7 @@ class Rig(Section):
 
     @typed
     def value(self, name: str) -> Any:
-        """Value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if there is none."""
+        """Return the value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if unknown."""
         return self._field(name, self.fields).value
 
     def changed(self, **changes: Any) -> "Rig":
@@ -315,7 +315,7 @@ def _validated(data: Any, name: str, context: str | None = None, path: Path | st
 def load_rig(path: Path | str = DEFAULT) -> Rig:
     """Read a rig from a YAML file, or a shipped one by its name (`rig_file.shipped_rigs`).
 
-    Raises `InputError`: it is none, in one sentence with file, field, value and what is accepted.
+    Raises `InputError`: the file is no rig, in one sentence with file, field, value and accepted values.
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
@@ -323,7 +323,7 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
 
 
 def outside_ranges(path: Path | str) -> list[str]:
-    """List a sentence for each value of a rig file, its own or inherited, that lies outside its range."""
+    """Return a sentence for each value of a rig file, its own or inherited, that lies outside its range."""
     return [
         f"{name} = {entry['value']:.6g}{'' if entry['unit'] == '1' else ' ' + entry['unit']} lies {side} its range, "
         f"{entry['low']:g} to {entry['high']:g}"
@@ -333,7 +333,7 @@ def outside_ranges(path: Path | str) -> list[str]:
 
 
 def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
-    """Name the tooth whose groove or profile a rig has, if it is that of another chain; else empty.
+    """Return a remark on a groove or profile that was made for another chain; else an empty string.
 
     The tooth is that of the file which the rig's own, ``path``, takes it from; without a file an included one.
     """
@@ -356,9 +356,9 @@ def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
 
 
 def parameter_table(path: Path | str) -> "pd.DataFrame":
-    """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
+    """Return all parameters of a rig file: ``name, value, unit, kind, low, high, outside, source``, and derived ones.
 
-    ``outside`` says on which side a value leaves its range.
+    ``outside`` is the side on which a value leaves its range.
     """
     import pandas as pd  # half a second that a run does without
 

@@ -1,9 +1,9 @@
-"""Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
+"""Rig files: included ones by name, inheritance from another file (``like``), and the short form of entries.
 
 With ``like`` a file overrides single values of another file; ``wheels`` and ``sensors`` replace those of the other
 file. The sections ``idler``, ``road_wheel`` and ``sensor`` override single values of the wheel or sensor of that name,
-or add it. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and
-``kind``, else assumed) once for all such values.
+or add it. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section has ``source`` (and
+``kind``, else assumed) once for these values.
 """
 
 import re
@@ -31,12 +31,12 @@ DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "ro
 
 
 def shipped_rigs() -> dict[str, Path]:
-    """Files of the rigs in the package by name."""
+    """Return the files of the included rigs by name."""
     return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """The file of a rig, given by its path or the name of a shipped one; `InputError` if a word is neither.
+    """Return the file of a rig, given by its path or the name of an included one; `InputError` if a word is neither.
 
     A file of the name of a shipped rig is meant before it, a folder is not.
     """
@@ -54,14 +54,14 @@ def rig_path(name: Path | str) -> Path | str:
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
-    """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
+    """Return the contents of a rig file, with inherited ones and every entry written out; or `InputError`."""
     rig: dict[str, Any] = {}
     for path, content in reversed(_files(name)):
         with naming(path):
             own = {
                 key: _written_out(value, str(key), {})
                 for key, value in content.items()
-                if key not in ("like", "about", TRIED)  # words of this file alone
+                if key not in ("like", "about", TRIED)  # not inherited
             }
             rig = _over(rig, own)
     with naming(name):
@@ -69,9 +69,9 @@ def read_rig(name: Path | str) -> dict[str, Any]:
 
 
 def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
-    """Every file that a rig is read from, each with its contents: its own, then the one that it is like, and so on.
+    """Return every file that a rig is read from, with its contents: its own, then those it inherits from in turn.
 
-    ``like`` names a file beside it, or a shipped rig.
+    ``like`` names a file in the same folder, or an included rig.
     """
     files: list[tuple[Path, dict[str, Any]]] = []
     path, like = rig_path(name), None
@@ -94,30 +94,30 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
 
 
 def rig_files(name: Path | str) -> list[Path]:
-    """List the files that a valid rig is read from: its own, and those that it is like."""
+    """Return the files that a valid rig is read from: its own, and those it inherits from."""
     return [path for path, _ in _files(name)]
 
 
 def groove_origin(name: Path | str) -> Path | None:
-    """The file that a rig takes its groove or profile from; None: it states its own, or takes from none."""
+    """Return the file from which a rig inherits its groove or profile, None if it does not."""
     files = _files(name)
     origin = next((path for path, data in files if data.keys() & {"groove", "profile"}), files[-1][0])
     return None if origin == files[0][0] else origin
 
 
 def _section(data: dict, name: str) -> dict[str, Any]:
-    """A section of a rig file, or an entry; empty where it is none."""
+    """Return a section of a rig file, or an entry; empty if it is none."""
     section = data.get(name)
     return section if isinstance(section, dict) else {}
 
 
 def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
-    """The rig ``base`` with the values of ``data`` in place of its own."""
+    """Return the rig ``base`` with the values of ``data`` in place of its own."""
     own, known = ({**_section(rig, "chain"), **_section(rig, "sprocket")} for rig in (data, base))
     other_chain, own_wheels = bool(own.keys() & OTHER_CHAIN), _section(data, "wheels")
     if own.keys() >= {"pitch", "equal_pitch_radius"}:
         raise InputError("chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
-    dropped: set[str] = set()  # fields of the other chain and its sprocket that do not hold beside those of the file
+    dropped: set[str] = set()  # inherited fields of chain and sprocket that contradict those of the file
     if "equal_pitch_radius" in own:
         dropped = {"pitch"}
     elif "pitch" in own and other_chain:
@@ -143,7 +143,7 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
         return old | {key: with_range(entry, _section(old, key)) for key, entry in content.items()}
 
     def with_range(entry: Any, old: dict[str, Any]) -> Any:
-        """The entry, if it has no range, with that of the value that it replaces.
+        """Return the entry with the range of the value that it replaces, if it has none.
 
         Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for every one; a direction
         belongs to the wheels.
@@ -165,7 +165,7 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
-    """A chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon.
+    """Convert a chain's ``pitch`` to the equal-pitch radius of its sprocket, on which its pins make a polygon.
 
     A groove that was designed for another radius stays where it is: its seat is deeper below the pins of a worn chain.
     Raises `InputError`: no sprocket has this pitch.
@@ -211,7 +211,7 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
 
 
 def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
-    """A section, or an entry, with the entries of its short form written out; ``about`` is its kind and source."""
+    """Return a section, or an entry, with its short forms written out; ``about`` is its kind and source."""
     if isinstance(content, dict) and not content.keys() & {"value", "unit"}:
         own = {
             key: word

@@ -1,14 +1,14 @@
-"""Roots of functions: to import `scipy.optimize` for them takes longer than to settle a loop."""
+"""Roots of functions, without `scipy.optimize`, whose import takes longer than settling a loop."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-MOST_STEPS = 200  # halving alone needs 60 from the widest interval to the last digit
+MOST_STEPS = 200  # bisection needs 60 from the widest interval to the last digit
 
 
 def root(function: Callable[[float], float], low: float, high: float, tolerance: float = 0.0) -> float:
-    """A root between two places where a continuous function has different signs, by Chandrupatla's method.
+    """Return a root between two points at which a continuous function has different signs, by Chandrupatla's method.
 
     ``tolerance`` is the largest error beyond rounding. Raises `ValueError`: the function has one sign at both ends.
     Source: T. R. Chandrupatla: A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function

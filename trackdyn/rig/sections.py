@@ -20,11 +20,11 @@ CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
 
 
 class Arm(Section):
-    """A trailing arm with torsion spring and damper; the wheel is at its free end.
+    """Trailing arm with torsion spring and damper; the wheel is at its free end.
 
     ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
-    ``preload`` (torque on the arm at the wheel's position as filed, counter-clockwise positive) the spring holds what
-    lies on it when the loop has been tensioned.
+    ``preload`` (torque on the arm at the wheel's position as filed, counter-clockwise positive) the spring holds
+    the load on it when the loop has been tensioned.
     """
 
     x: Position
@@ -37,7 +37,7 @@ class Arm(Section):
 
 
 class Slider(Section):
-    """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
+    """Straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
 
     direction: Annotated[float, Quantity("deg")]
     mass: Mass
@@ -48,10 +48,10 @@ class Slider(Section):
 
 
 class Wheel(Section):
-    """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
+    """Wheel that turns freely: position, inertia, surface, drag and suspension.
 
-    A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces beside
-    ``seal_drag`` of seals and bearings, ``bearing_drag`` alone, or ``bearing_torque`` alone.
+    A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces plus
+    ``seal_drag`` of seals and bearings, ``bearing_drag`` only, or ``bearing_torque`` only.
     """
 
     x: Position
@@ -71,7 +71,7 @@ class Wheel(Section):
 
     @property
     def carrier(self) -> Arm | Slider | None:
-        """Arm or slider that the wheel stands on, None where it is fixed."""
+        """Suspension of the wheel, an arm or a slider; None if it is fixed."""
         return self.arm or self.slider
 
 
@@ -84,7 +84,7 @@ class ChainParameters(Section):
     """Links and connectors."""
 
     kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
-    pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice what the scaling was measured to
+    pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice the largest number that the scaling was measured to
     link_length: Length
     link_thickness: Length
     link_mass: Mass
@@ -200,7 +200,7 @@ class Steel(Section):
 
 
 class SensorParameters(Section):
-    """Place, rate and range of an acceleration sensor.
+    """Position, rate and range of an acceleration sensor.
 
     ``x`` is the distance from the first pin of its body along the line of the pins, ``y`` that along the outward
     normal.
@@ -215,7 +215,7 @@ class SensorParameters(Section):
 
 
 class TestedStep(Section):
-    """A step (s) that was tried on a rig, and the motor speed (rev/min) up to which it holds."""
+    """Step (s) that was tried on a rig, and the motor speed (rev/min) up to which it holds."""
 
     rpm: Positive
     step: Positive
