@@ -1,4 +1,4 @@
-"""Rig and scene to arrays: here names become numbers."""
+"""Arrays of the kernels from rig and scene."""
 
 from collections.abc import Collection
 from math import cos, nan, pi, radians, sin, sqrt, tan
@@ -37,7 +37,7 @@ from trackdyn.rig.sections import Arm, SensorParameters, Sprocket, Surface, Whee
 
 
 def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple[float, float, float]:
-    """Acceleration of a point of a straight chain per unit of force on it: ``a, b, c``, 1/kg.
+    """Return the mobility of a point of a straight chain, acceleration per unit of force: ``a, b, c``, 1/kg.
 
     The point is ``arm`` (m) from a point on the body, ``along`` (m) from its input pin, against the contact's normal.
     Friction accelerates it by ``a x^2 + b x + c`` with the normal's component x along the chain: the point moves across
@@ -52,7 +52,7 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
 
 
 def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
-    """(2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
+    """Return (2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
     share, spin = chain.com_x / chain.length, chain.inertia / chain.length**2
     rest, mass = 1.0 - share, chain.mass
     # entries 00, 01 and 11 of every body's mass matrix over the velocities of its pins across itself, kg
@@ -76,7 +76,7 @@ def make_law(
     contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed",
     shear_stiffness=0.0,
 ) -> Law:  # fmt: skip
-    """Constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units).
+    """Return constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units).
 
     ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers ``restitution``
     (its bracket then reaches 1 + chi in the first instant, so it is not clipped below that), or without any loss.
@@ -107,7 +107,7 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
 
 
 def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Chain:
-    """Links and connectors in turn, or one body a pitch, mass centres in the middle; dampers if ``viscous``."""
+    """Return links and connectors in turn, or one body a pitch, mass centres in the middle; dampers if ``viscous``."""
     c, n = rig.chain, rig.chain.pitches
     if chain == "single_pin":
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
@@ -129,11 +129,11 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
 
 
 def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
-    """Where the links and the connectors' arcs sit on the bodies.
+    """Return the positions of the links and the connectors' arcs on the bodies.
 
-    A body of the single-pin chain is a link whose ends carry one arc each of the connectors beside it,
-    the joints where the middle lines of two links meet at equal pitch: arcs and links then stand in the
-    grooves and on the ring as those of the double-pin chain do.
+    A body of the single-pin chain is a link whose ends carry one arc each of the adjacent connectors, with its joints
+    where the middle lines of two links meet at equal pitch: arcs and links then lie in the grooves and on the ring as
+    those of the double-pin chain do.
     """
     n, a = rig.chain.pitches, rig.chain.link_length
     pitch = np.arange(n)
@@ -148,7 +148,7 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
 
 
 def build_sensors(shoes: Shoes, sensors: Collection[SensorParameters]) -> Sensors:
-    """Where sensors sit: on a link from its end A on, on a connector from its first pin on."""
+    """Return positions of sensors: on a link from its end A, on a connector from its first pin."""
     on_link = np.array([sensor.body == "link" for sensor in sensors])
     pitch = np.array([sensor.pitch for sensor in sensors]) - 1
     body = np.where(on_link, shoes.link_body[pitch], shoes.arc_body[2 * pitch])
@@ -169,7 +169,7 @@ def _law(rig: Rig, surface: Surface, scene) -> Law:
 
 
 def build_wheels(scene) -> Wheels:
-    """The wheels of a scene, the sprocket with its ring first."""
+    """Return the wheels of a scene, the sprocket with its ring first."""
     rig = scene.rig
     circles = wheel_circles(rig, surface=True)
     if scene.ring_radius is not None:
@@ -179,7 +179,7 @@ def build_wheels(scene) -> Wheels:
     x, y, radius = np.ascontiguousarray(circles.T)
 
     def column(field: str, law: str = scene.drag) -> np.ndarray:
-        """A field of the wheels beside the sprocket, zero where the scene has another law of drag."""
+        """Return a field of all wheels, zero for the sprocket and if the scene has another law of drag."""
         return np.array([0.0, *(getattr(roller, field) * (scene.drag == law) for roller in rollers)])
 
     return Wheels(
@@ -192,7 +192,7 @@ def build_wheels(scene) -> Wheels:
 
 
 def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
-    """Mobility of a sliding link on every wheel, 1/kg: the link's own, and the wheel's, which all links on it turn."""
+    """Return the mobility of a sliding link on every wheel, 1/kg: the link's own plus that of the wheel's rotation."""
     *_, turning = mobility_of_slip(chain, link, 0.0, wheels.half_thickness)
     radius = wheels.radius + wheels.half_thickness
     shared = pi * radius / (chain.length.sum() / len(chain.length)) / 2  # links on half of a wheel, every other body
@@ -202,7 +202,7 @@ def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
 
 
 def wheel_frame(toe: float, camber: float) -> np.ndarray:
-    """``A_W``: the wheel's frame to the inertial one, ``A_y(toe) A_x(camber)``; angles in rad."""
+    """Return ``A_W``, from the wheel's frame to the inertial one: ``A_y(toe) A_x(camber)``; angles in rad."""
     ct, st, cc, sc = np.cos(toe), np.sin(toe), np.cos(camber), np.sin(camber)
     about_y = np.array([[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]])
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cc, -sc], [0.0, sc, cc]])
@@ -210,13 +210,13 @@ def wheel_frame(toe: float, camber: float) -> np.ndarray:
 
 
 def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
-    """(w, 3) inertial places of the wheels' middles, m."""
+    """Return the (w, 3) inertial positions of the wheels' middles, m."""
     parts: list[Sprocket | Wheel] = [rig.sprocket, *rig.wheels.values()]
     return np.array([[x, y, wheel.axial_offset] for x, y, wheel in zip(wheels.x, wheels.y, parts, strict=False)])
 
 
 def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
-    """Constants of the motion in space of links and connectors around ``wheels``, the sprocket with ``tooth``.
+    """Return constants of the motion in space of links and connectors around ``wheels``, the sprocket with ``tooth``.
 
     The guides are the connectors'. On the sprocket they are between flanges as far out as its teeth
     reach (Eq. 18), on the others and on a sprocket without teeth while the connector is less than
@@ -242,7 +242,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
 
 
 def build_model(scene) -> Model:
-    """The model that a scene requires, the tensioning wheel at its nominal position; see ``Scene.model``."""
+    """Build the model of a scene, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
     toothed = scene.tooth_contact != "none"
     groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's own where there is no contact
@@ -273,13 +273,13 @@ def build_model(scene) -> Model:
     )  # fmt: skip
 
 
-# fields of a row of carriers, and those that are integers
+# fields of a suspension, and those that are integers
 ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
 INTEGER = {"wheel": int, "arm": int}
 
 
 def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carriers:
-    """Carriers at rest where the model's wheels stand, their springs without preload.
+    """Return suspensions at rest at the positions of the model's wheels, their springs without preload.
 
     ``tension`` is the scene's tension: with ``sprung`` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
@@ -304,7 +304,7 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
 
 
 def carriers_of(rows: list[dict], wheels: int) -> Carriers:
-    """Carriers from a row of fields each, without preload."""
+    """Return suspensions from a row of fields each, without preload."""
     columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
     of_wheel = np.full(wheels, -1)
     of_wheel[columns["wheel"]] = np.arange(len(rows))
@@ -312,7 +312,7 @@ def carriers_of(rows: list[dict], wheels: int) -> Carriers:
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
-    """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
+    """Return (k,) preloads that balance the chain with the suspensions at ``q``, or the rig's own."""
     names, forces = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
         carrier = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].carrier
@@ -327,7 +327,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
 
 
 def check_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
-    """Refuse (`InputError`) carriers that settle (``slide``) at a stop: their springs hold nothing there."""
+    """Raise `InputError` if a suspension settles (``slide``) at a stop, where its spring does not carry the wheel."""
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:

@@ -1,8 +1,8 @@
-"""The ladder of fidelities: independent choices, cheap to dear, and what a scene requires of each.
+"""Choices of fidelity, independent of each other and ordered by cost.
 
-A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` settles
-them and says why; `check_choices` names the combinations that make no sense and what to use
-instead. The presets are bundles of choices with a step, measured in ``docs/speed-and-accuracy.md``.
+A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` returns the settings with
+their reasons; `check_choices` rejects combinations that make no sense and names an alternative. The presets are bundles
+of choices with a step, measured in ``docs/speed-and-accuracy.md``.
 """
 
 from collections.abc import Callable
@@ -21,12 +21,12 @@ from trackdyn.rig.sections import Drag, Kept
 
 
 def of_rig(value: Callable[[Rig], Any]) -> Any:
-    """A field that is worked out from the scene's rig where nothing is asked for."""
+    """Return a field whose default is computed from the scene's rig."""
     return Field(default_factory=lambda fields: value(fields["rig"]))
 
 
 class Choices(Section):
-    """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
+    """Settings of each choice of a scene, the cheapest first, and entries added to a registry."""
 
     rig: Rig  # fields after it may follow it
     #: ``double_pin`` (link and connector per pitch), ``single_pin`` (one rigid body per pitch, as the paper counts) or
@@ -38,8 +38,8 @@ class Choices(Section):
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     #: ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     normal_law: Annotated[str, OneOf(NORMAL_LAWS)] = "printed"
-    #: ``none``, ``tangential``, in 3D also ``independent`` (tangential and axial as printed); ``auto`` is what the
-    #: space allows.
+    #: ``none``, ``tangential``, in 3D also ``independent`` (tangential and axial as printed); ``auto``
+    #: follows from ``space``.
     friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
     #: ``rigid``, or ``elastic_damping`` with a spring and damper at the cut joint.
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
@@ -48,11 +48,11 @@ class Choices(Section):
     #: ``locked`` (the tensioning wheel stays where the rig's own ring put it), ``retensioned`` (the pre-tension is set
     #: again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs).
     tension: Annotated[Kept, OneOf()] = of_rig(lambda rig: rig.tension.kept)
-    #: ``rolling`` (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals),
+    #: ``rolling`` (rolling resistance in proportion to the load of a wheel, and the viscous drag of its seals),
     #: ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     drag: Annotated[Drag, OneOf()] = of_rig(lambda rig: rig.drag)
-    #: ``hysteretic`` (Maxwell branches, nearly the same share of its energy is lost in a cycle of any frequency from
-    #: 0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing).
+    #: ``hysteretic`` (Maxwell elements, nearly the same share of its energy is lost in a cycle of any frequency from
+    #: 0.5 to 50 Hz) or ``viscous`` (a damper parallel to the spring of every bushing).
     bushing_law: Annotated[BushingLaw, OneOf()] = of_rig(lambda rig: rig.bushing.law)
 
 
@@ -73,21 +73,21 @@ ASKED = "as the scene asks"  # reason of a choice that the scene did not leave o
 
 
 class Decision(NamedTuple):
-    """Setting of a choice, and the reason."""
+    """Setting of a choice, and its reason."""
 
     setting: str
     reason: str
 
 
 def preset(name: str, ring: bool = True) -> dict:
-    """Fields of a `Scene` that a preset sets (else `InputError`); ``standard`` halves its step without a ring."""
+    """Return the fields of a `Scene` in a preset (else `InputError`); ``standard`` halves its step without a ring."""
     if not isinstance(name, str) or name not in PRESETS:
         raise InputError(f"preset {not_one_of(name, PRESETS)}")
     return PRESETS[name] | ({} if ring else WITHOUT_RING.get(name, {}))
 
 
 def wheel_out_of_plane(rig) -> str | None:
-    """Name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
+    """Return name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
     for name, wheel in {"sprocket": rig.sprocket, **rig.wheels}.items():
         for field in ("axial_offset", "toe", "camber"):
             if getattr(wheel, field) != 0.0:
@@ -96,7 +96,7 @@ def wheel_out_of_plane(rig) -> str | None:
 
 
 def decide(scene) -> dict[str, Decision]:
-    """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
+    """Return setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
     decisions = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
     tilted, belt = wheel_out_of_plane(scene.rig), scene.chain == "belt"
     if scene.space == "auto" and tilted and not belt:
@@ -120,12 +120,12 @@ def decide(scene) -> dict[str, Decision]:
     return decisions | {"ring": ring, "wheels": turning}
 
 
-# Combinations that make no sense: the field to name, when the facts of `check_choices` refuse it, why and what to use
-# instead, formatted with these facts.
+# Combinations that make no sense: field, condition on the facts of `check_choices`, and a message with reason and
+# remedy, formatted with these facts.
 Refusal = tuple[str, Callable[[SimpleNamespace], object], str]
 # A row may rely on those above it.
 REFUSALS: tuple[Refusal, ...] = (
-    # a belt, and what else has no contacts
+    # a belt, which has no contacts
     ("ring_radius", lambda s: s.belt and s.ring_radius is not None,
      "a belt is a path without contact (chain='belt'); use None, or chain='double_pin'"),
     ("contact_log", lambda s: s.belt and s.contact_log,
@@ -170,7 +170,7 @@ REFUSALS: tuple[Refusal, ...] = (
 
 
 def check_choices(scene) -> None:
-    """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
+    """Raise `InputError` for combinations of choices that make no sense (`REFUSALS`)."""
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.chain != "belt"

@@ -1,4 +1,4 @@
-"""Rings of a study on a rig: from the least that bears load to the largest that its tensioner allows."""
+"""Radii of a ring study: from the least that bears load to the largest that the tensioner allows."""
 
 from math import ceil, floor, log10
 
@@ -18,13 +18,13 @@ FINEST = 1e-5  # m, of the radii of a study, or a hundredth of their range where
 
 
 def usual_rings(rig: Rig) -> tuple[float, float]:
-    """Least and largest ring of a study, m; both follow from the rig alone, without a run.
+    """Return the least and the largest radius of a study, m; both follow from the rig without a run.
 
-    Up to the least one the arcs of seated connectors bear the chain. With the largest one a loop whose wheels are
-    locked stands at `TIGHTER` times the pre-tension: what the ring takes of its length, the strands give by their sag
-    (``w^2 l^3 / (24 T^2)`` a strand) and the links by the depth of their contacts (Eq. 8). A ring tightens the loop
-    from the rig's own ring on, or from the least one if the rig's own bears nothing. Settled loops of shipped rigs
-    stand at 3 to 7 times the pre-tension there; where tensioner or wheels yield, at less.
+    Below the least one the arcs of seated connectors bear the chain. With the largest one the tension of a loop whose
+    wheels are locked is `TIGHTER` times the pre-tension: the length that the ring takes is provided by the sag of the
+    strands (``w^2 l^3 / (24 T^2)`` a strand) and the depth of the contacts (Eq. 8). A ring tightens the loop from the
+    rig's own ring on, or from the least one if the rig's own bears no load. The tension of settled loops of included
+    rigs is 3 to 7 times the pre-tension there; less if tensioner or wheels yield.
 
     Raises `InputError`: the least ring that carries the chain is larger than the tensioner's travel allows.
     """
@@ -41,7 +41,7 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
 
 def study_radii(rig: Rig, count: int = 11) -> list[float]:
-    """Radii of a ring study within `usual_rings`, m, rounded to `FINEST`; `InputError` as there."""
+    """Return radii of a ring study within `usual_rings`, m, rounded to `FINEST`; `InputError` as there."""
     least, largest = usual_rings(rig)
     digits = ceil(-log10(min(FINEST, (largest - least) / 100)))
     grid = 10.0**digits
@@ -50,7 +50,7 @@ def study_radii(rig: Rig, count: int = 11) -> list[float]:
 
 
 def _seat_depth(rig: Rig) -> float:
-    """How far below the pin circle the arcs of a connector come to rest in its groove, m; a bisection."""
+    """Return the depth below the pin circle at which the arcs of a connector rest in its groove, m, by bisection."""
     half, arc, groove = rig.connector_length / 2, rig.chain.connector_radius, rig.groove_profile
     height = (rig.pin_circle**2 - half**2) ** 0.5
     free, steel = -arc, arc
@@ -62,14 +62,14 @@ def _seat_depth(rig: Rig) -> float:
 
 
 def _tightened(rig: Rig, start: float) -> float:
-    """Ring at which a loop stands at `TIGHTER` times its pre-tension that has it with the ring ``start``, m."""
+    """Return the radius that raises the tension to `TIGHTER` times the pre-tension, which is that at ``start``, m."""
     model, lengths = Scene(rig, 0.0, start).model, body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
     wheels = model.wheels
     sag = laid.path.sag(model.chain.gravity * float(model.chain.mass.sum() / lengths.sum()))
 
     def spare(tension: float) -> float:
-        """Length that sag and contacts give at a tension (N), but for a constant, m."""
+        """Return the length provided by sag and contacts at a tension (N), up to a constant, m."""
         length = -sag / tension**2
         for wrap, wheel in zip(laid.path.wrap, laid.order, strict=True):
             load = pitch_load(model, tension, radius := float(wheels.radius[wheel]) if wheel else start)

@@ -1,4 +1,4 @@
-"""A scene: the rig, what it is asked to do, and the model that this requires."""
+"""Scene: a rig, its operating conditions and recording options, and the model built from them."""
 
 from functools import cached_property
 from math import ceil, nan, pi
@@ -25,12 +25,12 @@ MOST_STEPS = 1e10  # a day of computing
 MARGIN = 0.7  # share of the step limit at the pre-tension: with a larger ring the loop settles tighter
 
 FROM_THE_RIG = "of the rig"
-# Fields that concern the record alone.
+# Fields that concern only the record.
 RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link")
 
 
 def _pitches(value: Any) -> Any:
-    """A list, tuple or array of whole numbers; others are refused by name."""
+    """Return a list, tuple or array of whole numbers as a tuple; raise `ValueError` for other values."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, (list, tuple)) or any(
@@ -56,7 +56,7 @@ class Periods(NamedTuple):
 
     @classmethod
     def at(cls, rig: Rig, motor_rpm: float) -> "Periods":
-        """Periods of a rig at a motor speed, rev/min."""
+        """Return the periods of a rig at a motor speed, rev/min."""
         ratio, teeth, pitches = rig.sprocket.transmission_ratio, rig.sprocket.teeth, rig.chain.pitches
         if not motor_rpm:
             return cls(nan, nan, nan, 0.0)
@@ -65,7 +65,7 @@ class Periods(NamedTuple):
 
 
 class Scene(Choices):
-    """A run to be made, and how faithfully (`trackdyn.scene.choices`).
+    """Description of a run: rig, speed, choices of fidelity (`trackdyn.scene.choices`) and recording options.
 
     ``preset`` sets integrator and step (`trackdyn.scene.choices.PRESETS`), ``standard`` if none is given. Ring, chain,
     tension, drag and bushing law are the rig's where none is given.
@@ -107,7 +107,7 @@ class Scene(Choices):
         super().__init__(rig=rig, motor_rpm=motor_rpm, **fields)
 
     def model_post_init(self, context: Any) -> None:
-        """Refuse what is not possible, in one sentence."""
+        """Raise `InputError` for impossible values, in one sentence."""
         self._check_times()
         check_choices(self)
         self._check_loop()
@@ -167,7 +167,7 @@ class Scene(Choices):
 
     @cached_property
     def sensors(self) -> dict[str, SensorParameters]:
-        """The recorded sensors by name: the rig's, and with ``every_link`` one on each body of the first one's kind."""
+        """Recorded sensors by name: the rig's, and with ``every_link`` one on each body of the first one's kind."""
         own = self.rig.sensors
         first = next(iter(own.values()))
         pitches = range(1, self.rig.chain.pitches + 1) if self.every_link else ()
@@ -181,7 +181,7 @@ class Scene(Choices):
 
     @property
     def bodies(self) -> int:
-        """Rigid bodies of the chain."""
+        """Number of rigid bodies of the chain."""
         return self.rig.chain.pitches * (2 if self.chain == "double_pin" else 1)
 
     @cached_property
@@ -191,9 +191,9 @@ class Scene(Choices):
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:
-        """Smallest and largest ring radius of a rig, m.
+        """Return the smallest and the largest ring radius of a rig, m.
 
-        Below the smallest one the links are on the teeth alone: arcs of connectors end at the bottom of the groove, and
+        Below the smallest one the links are on the teeth only: arcs of connectors end at the bottom of the groove, and
         a link that is thicker than they are lies as much lower. Above the largest one the wrap needs more length than
         the tensioner's travel gives.
         """
@@ -208,12 +208,12 @@ class Scene(Choices):
 
     @property
     def periods(self) -> Periods:
-        """Periods of sprocket, loop and pitch at the speed that is asked for; ``n / (60 ratio) m / N`` Hz."""
+        """Periods of sprocket, loop and pitch at nominal speed; ``n / (60 ratio) m / N`` Hz."""
         return Periods.at(self.rig, self.motor_rpm)
 
     @cached_property
     def time_step(self) -> float:
-        """Step that the scene takes at the pre-tension, s: the one it asks for, else the usual one or what is allowed.
+        """Step of the scene at the pre-tension, s: the requested one, else the usual or the largest allowed one.
 
         Raises `InputError` as `allowed_step`.
         """
@@ -227,23 +227,23 @@ class Scene(Choices):
         return build_model(self)
 
     def model_of_step(self, step: float) -> Model:
-        """The model that the scene requires, with a step (s); its arrays are shared: who changes them copies first."""
+        """Return the model of the scene with a step (s); its arrays are shared: copy them before a change."""
         return self._model._replace(step=step, stride=round(1.0 / self.rig.rate / step))
 
     @property
     def model(self) -> Model:
-        """The model at `time_step`."""
+        """Model of the scene at `time_step`."""
         return self.model_of_step(self.time_step)
 
     def with_(self, **changes: Any) -> "Scene":
-        """Return a scene with some fields replaced; what was never asked for is decided anew, by the rig and the speed.
+        """Return a scene with some fields replaced; defaults are computed anew from the rig and the speed.
 
         Raises `InputError`: a field does not exist, is out of range, or contradicts another one.
         """
         return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
 
     def __repr__(self) -> str:
-        """One line: speed, ring, length and step, and the rig."""
+        """Return one line: speed, ring, length and step, and the rig."""
         ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
         run = f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
         return f"<Scene: {run}; {self.rig!r}>"
@@ -259,8 +259,8 @@ class StopRule(Section):
     """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
     passages at least, and the revolutions of the loop after which a record ends in any case.
 
-    The defaults are those of the ring study: a tenth of what the narrowest tolerances of claims on shares leave (2
-    points), and less than a twentieth of those on forces (15 %).
+    The defaults are those of the ring study: a tenth of the narrowest tolerance of claims on shares (2 points), and
+    less than a twentieth of that on forces (15 %).
     """
 
     share_pct: Positive = 0.2
@@ -270,14 +270,14 @@ class StopRule(Section):
     longest_turns: Annotated[float, Field(ge=1, le=1e6)] = 4  # fewer than one would hold no whole passage
 
     def visits(self, rig: Rig) -> int:
-        """Passages at least on a rig."""
+        """Return the least number of passages on a rig."""
         return self.passages or rig.sprocket.teeth
 
 
 def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
-    """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows.
+    """Return fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows.
 
-    Raises `InputError`: so many turns take longer than a record may.
+    Raises `InputError`: the turns take longer than a record may.
     """
     seconds = rule.longest_turns * Periods.at(rig, rpm).loop
     if not seconds <= LONGEST_RUN:

@@ -1,4 +1,4 @@
-"""The time step: what is usual, what stability and accuracy allow, what divides a sample, and what to try next."""
+"""Time step: usual and allowed steps, limits by stability and accuracy, and rounding to the sample interval."""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -14,7 +14,7 @@ from trackdyn.model.constants import Law
 from trackdyn.scene.choices import preset
 
 LEAST_STEP = 1e-8  # s: rounding of the time counts from there on
-LEAST_SHARE = 0.01  # least allowed share of the usual step: nobody waits for less without having asked for it
+LEAST_SHARE = 0.01  # least allowed share of the usual step: a smaller one is taken only on request
 HALVINGS = 4  # times that a step which proves too large is halved
 # Largest and least step with which a loop settles, s; the scene's if it is shorter.
 SETTLING_STEP, LEAST_SETTLING_STEP = 1e-4, 2e-6
@@ -23,7 +23,7 @@ Result = TypeVar("Result")
 
 
 def round_step(limit: float, sample: float) -> float:
-    """A step within a limit that divides the sample interval and has few digits, s: parts that only 2 and 5 divide."""
+    """Return a step within a limit that divides the sample interval by a product of 2s and 5s, s."""
     parts = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
     while 10**12 % parts:
         parts += 1
@@ -31,14 +31,14 @@ def round_step(limit: float, sample: float) -> float:
 
 
 def halved_steps(step: float, sample: float, halvings: int = HALVINGS) -> list[float]:
-    """A step and its halves, quarters and so on (s), each rounded to the sample interval."""
+    """Return a step and its halves, quarters and so on (s), each rounded to the sample interval."""
     return [round_step(step / 2**k, sample) for k in range(halvings + 1)]
 
 
 def first_that_runs(
     choices: Sequence[Choice], run: Callable[[Choice], Result], failures: Iterable[type] = (InputError, DivergenceError)
 ) -> Result:
-    """Result of the first choice, such as a step, with which ``run`` raises no failure; the last error if none runs."""
+    """Return the result of the first choice, such as a step, for which ``run`` does not fail; else the last error."""
     *first, last = choices
     for choice in first:
         with suppress(*failures):
@@ -47,7 +47,7 @@ def first_that_runs(
 
 
 def usual_step(scene) -> float:
-    """Step of the preset ``standard``, or a smaller one that was tried on the rig; it fits the sample interval."""
+    """Return the step of the preset ``standard``, or a smaller one tried on the rig, that fits the sample interval."""
     step = preset("standard", scene.ring_radius is not None)["step"]
     tried = scene.rig.tried_step(scene.motor_rpm)
     if tried is not None and scene.integrator == "semi_implicit":
@@ -56,7 +56,7 @@ def usual_step(scene) -> float:
 
 
 def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> float:
-    """A step (s), or what a loop at rest with a tension (N) allows instead: ``share`` of its limit.
+    """Return a step (s), or ``share`` of the limit of a loop at rest with a tension (N) if that is less.
 
     Raises `InputError`: the step is too large and the scene asks for it, or the limit is far below the usual step.
     """
@@ -78,10 +78,10 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
 
 
 def settling_step(scene, tension: float, longest: float = inf) -> float:
-    """Step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
+    """Return the step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
 
-    What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
-    settling applies, too.
+    Settling must not fail for a limit of the scene's own step under another name, so the limit of an explicit method
+    applies as well.
     """
     step = min(longest, SETTLING_STEP)
     if not METHODS[scene.integrator].linearly_implicit:
@@ -96,14 +96,14 @@ def settling_step(scene, tension: float, longest: float = inf) -> float:
 # millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
 # loop beyond the pre-tension that the limit is taken at: it is asked again at the tension that the loop settles at.
 DYNAMIC_FACTOR = 2.0
-# Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
+# Beyond this multiple of the step of explicit friction, implicit friction decays with alternating sign.
 FRICTION_LEEWAY = 10.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
 MOST_ITERATIONS = 100  # Newton's method takes less than ten
 
 
 def elastic_depth(law, load, radius):
-    """Depth (m) at which the elastic term of a law carries a load (N): Newton's method in logarithms of both."""
+    """Return the depth (m) at which the elastic term of a law carries a load (N), by Newton's method in logarithms."""
     depth = load / law.stiffness
     for _ in range(MOST_ITERATIONS):
         force, power = elastic_force.py_func(law, depth, radius)
@@ -115,28 +115,28 @@ def elastic_depth(law, load, radius):
 
 
 def pitch_load(model, tension: float, radius: float) -> float:
-    """Load of a pitch (N) on a wheel of a radius (m) around which the chain runs at a tension (N)."""
+    """Return the load of a pitch (N) on a wheel of a radius (m) around which the chain runs at a tension (N)."""
     pitch = float(model.chain.length.sum()) / len(model.shoes.link_body)
     return 2 * tension * sin(min(pitch / (2 * (radius + model.wheels.half_thickness)), pi / 2))
 
 
 def _yield_at_end(chain, i: int) -> float:
-    """Acceleration of an end of body i across its pin line for a unit force there, 1/kg."""
+    """Return the acceleration of an end of body i across its pin line for a unit force there, 1/kg."""
     return 1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])
 
 
 def _stiffness_at(law, load, radius):
-    """Slope of a law at a load, N/m."""
+    """Return the slope of a law at a load, N/m."""
     depth = elastic_depth(law, load, radius)
     return load / depth * elastic_force.py_func(law, depth, radius)[1]
 
 
-# Turn of the sprocket in one step of a method of order 1, rad.
+# Largest rotation of the sprocket in one step of a method of order 1, rad.
 LARGEST_TURN = 2.5e-3
 
 
 def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implicit"]) -> dict[str, float]:
-    """Step limits (s) of a method for a model, by cause; empty if it has none. ``pre_tension`` is in N.
+    """Return step limits (s) of a method for a model, by cause; empty if it has none. ``pre_tension`` is in N.
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2); the shear stiffness of Dahl's
@@ -154,7 +154,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         return limits
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link = float(chain.mass[0])
-    # A push across the chain at a pin moves the ends of both bodies that meet there.
+    # A force across the chain at a pin moves the ends of both bodies that meet there.
     ends = [1 / _yield_at_end(chain, i) for i in (0, 1)]
     at_pin = sum(ends)
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
@@ -187,17 +187,17 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
 
 def _joint_limits(model, method: Method) -> dict[str, float]:
-    """Step limits that bushings and a compliant cut set, s."""
+    """Return step limits of bushings and a compliant cut, s."""
     chain, closure = model.chain, model.closure
     limits, oscillation, decay = dict[str, float](), method.oscillation, method.decay
     if chain.stiffness:
-        # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
-        # branches are as stiff as can be when nothing has time to relax
+        # two neighbours turn against each other; each angle feels the bushings at both of its ends, whose
+        # Maxwell elements are stiffest when they have no time to relax
         inertia = float(min(chain.inertia))
         stiffness = chain.stiffness + float(model.branches.stiffness.sum())
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
-        # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
+        # links and connectors in zigzag, their mass centres at rest: both share the motion of the pin between them
         (a, b), (first, second) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
         mobility = 2 * (a + b) ** 2 / (first * b**2 + second * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
@@ -211,10 +211,10 @@ def _joint_limits(model, method: Method) -> dict[str, float]:
 
 
 def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
-    """Least of the limits of a step (`step_limits`) at some tensions (N), s; infinite if there is none."""
+    """Return the least of the step limits (`step_limits`) at some tensions (N), s; infinite if there is none."""
     return min((limit for tension in tensions for limit in step_limits(model, tension, method).values()), default=inf)
 
 
 def turn_limit(rate: float) -> dict[str, float]:
-    """Step limit of a method of order 1 at the sprocket's ``rate`` (rad/s): accuracy, not stability."""
+    """Return the step limit of a method of order 1 at the sprocket's ``rate`` (rad/s): accuracy, not stability."""
     return {"turn of the sprocket (motor_rpm)": LARGEST_TURN / abs(rate)} if rate else {}
