@@ -1,1 +1,1 @@
-"""What every input passes through: files, YAML, validation, quantities with units, and the sentences of refusals."""
+"""Input and output: files, YAML, validation, quantities with units, and error messages."""

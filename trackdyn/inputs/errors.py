@@ -1,4 +1,4 @@
-"""The ways a run can end without a result, each said in one sentence."""
+"""Errors with which a run can end, each with a message of one sentence."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ LONGEST_SENTENCE = 640  # characters of a sentence: whatever a name or a value h
 
 
 class TrackdynError(Exception):
-    """Base class: its text is one sentence meant for the user, on one line, the middle of a longer one left out."""
+    """Base class of errors; the message is one sentence for the user on one line, cut in the middle if too long."""
 
     def __str__(self) -> str:
         text = " ".join(super().__str__().splitlines())
@@ -18,20 +18,20 @@ class TrackdynError(Exception):
 
 
 class InputError(TrackdynError):
-    """Something the user gave cannot be used: the sentence names file, field, value and remedy."""
+    """Invalid input; the message names file, field, value and remedy."""
 
 
 class OutOfMemoryError(InputError):
-    """A recording does not fit into the memory that is free, which may pass."""
+    """Too little free memory for a recording, which may be temporary."""
 
 
 class DivergenceError(TrackdynError):
-    """The integration left the physical range: the sentence names the time and the body."""
+    """Integration beyond the physical range; the message names the time and the body."""
 
 
 @contextmanager
 def naming(name: Any) -> Iterator[None]:
-    """Put the name of a file before the sentence of an `InputError`, unless it begins with it."""
+    """Prefix the message of an `InputError` with the name of a file, unless it begins with it."""
     try:
         yield
     except InputError as error:
@@ -41,7 +41,7 @@ def naming(name: Any) -> Iterator[None]:
 
 
 def shown(value: Any) -> str:
-    """A value as it may stand in a sentence: on one line and not too long."""
+    """Return the text of a value for a message: on one line and not too long."""
     try:
         text = repr(value)
     except ValueError:  # an integer of thousands of digits

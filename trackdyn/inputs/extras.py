@@ -1,11 +1,11 @@
-"""Packages beyond the simulator's own: an extra of trackdyn brings each, and who lacks one is told which."""
+"""Optional packages, and the extra of trackdyn that installs each."""
 
 from importlib import import_module
 from types import ModuleType
 
 from trackdyn.inputs.errors import InputError
 
-# extra -> modules that it brings; of several extras that bring a module, the one with least beside it
+# extra -> modules that it installs; of several extras with a module, the smallest
 EXTRAS = {
     "report": ("jinja2", "matplotlib", "PIL", "plotly", "tabulate"),
     "pipeline": ("snakemake",),
@@ -14,7 +14,7 @@ EXTRAS = {
 
 
 def required(name: str) -> ModuleType:
-    """A module of a package that not everybody has; an `InputError` names the extra that brings it."""
+    """Import and return a module of an optional package; `InputError` names the extra that installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
@@ -22,7 +22,7 @@ def required(name: str) -> ModuleType:
 
 
 def missing(error: ModuleNotFoundError) -> InputError:
-    """What is said of a module that is not installed; an error within trackdyn itself stays as it is."""
+    """Return the error for a module that is not installed; re-raise an error within trackdyn itself."""
     module = (error.name or "").partition(".")[0]
     if module in ("", "trackdyn"):
         raise error

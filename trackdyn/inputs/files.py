@@ -1,4 +1,4 @@
-"""Files: read whole within a bound, and written whole or not at all. Nothing that is read is ever run."""
+"""Files: read up to a limit of size, and written completely or not at all. No content that is read is executed."""
 
 import hashlib
 import json
@@ -23,13 +23,13 @@ from trackdyn.inputs.errors import InputError, shown
 if TYPE_CHECKING:
     import numpy as np
 
-_OPEN: set[Path] = set()  # files being written, which a process that is stopped removes
+_OPEN: set[Path] = set()  # files being written, removed when the process is stopped
 # called with a file that is complete and the one that it will replace
 _BEFORE_REPLACING: ContextVar[Callable[[Path, Path], None] | None] = ContextVar("before_replacing", default=None)
 
 
 def _target(path: Path | str) -> tuple[Path, int | None]:
-    """The file that is written for ``path``, behind all links, and its mode if it exists; `InputError` for a device."""
+    """Return the file behind all links of ``path``, and its mode if it exists; `InputError` for a device."""
     path = Path(path)
     try:
         target = Path(os.path.realpath(path))
@@ -45,19 +45,19 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     return target, stat.S_IMODE(mode)
 
 
-# of those that may share a folder
+# machines may share a folder
 MACHINE = f"{crc32(platform.node().encode()):08x}"
 # name of a file that is being written here, with process and thread
 _PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
 
 
 def _part(target: Path) -> Path:
-    """The name under which a file is written: one per process and thread."""
+    """Return the temporary name under which a file is written: one per process and thread."""
     return target.with_name(f".{target.stem}.{MACHINE}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
 
 
 def is_gone(process: int) -> bool:
-    """Return whether a process of this machine has ended, also one that nobody has waited for."""
+    """Return whether a process of this machine has ended, zombies included."""
     from psutil import STATUS_ZOMBIE, NoSuchProcess, Process
 
     try:
@@ -67,7 +67,7 @@ def is_gone(process: int) -> bool:
 
 
 def remove_abandoned(folder: Path | str) -> None:
-    """Remove what `replacing` began below a folder in processes of this machine that are gone, and nothing else."""
+    """Remove temporary files of `replacing` below a folder whose processes on this machine have ended."""
     for path in Path(folder).rglob(".*.trackdyn-part*"):
         match = _PART_FILE.fullmatch(path.name)
         if match and is_gone(int(match[1])):
@@ -77,9 +77,9 @@ def remove_abandoned(folder: Path | str) -> None:
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Another name to write to, which becomes ``path`` at the end; `InputError`, and ``path`` as it was, on failure.
+    """Yield a temporary name that replaces ``path`` at the end; on failure ``path`` is unchanged (`InputError`).
 
-    Where ``path`` is a link its target is written. A file that is replaced keeps its mode.
+    If ``path`` is a link its target is written. A file that is replaced keeps its mode.
     """
     temporary = None
     try:
@@ -89,7 +89,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
         _OPEN.add(temporary)
         yield temporary
         with temporary.open("rb+") as file:
-            os.fsync(file.fileno())  # or a power cut could leave the name without what it names
+            os.fsync(file.fileno())  # or a power cut could leave the name without its content
         if mode is not None:
             temporary.chmod(mode)
         if note := _BEFORE_REPLACING.get():
@@ -100,14 +100,14 @@ def replacing(path: Path | str) -> Iterator[Path]:
         raise InputError(f"{path}: cannot be written ({reason}); free disk space or choose another folder") from None
     finally:
         if temporary is not None:
-            with suppress(OSError):  # where nothing could be made, there is nothing to remove
+            with suppress(OSError):  # there may be no file to remove
                 temporary.unlink(missing_ok=True)
             _OPEN.discard(temporary)
 
 
 @contextmanager
 def marked(path: Path) -> Iterator[None]:
-    """Have an empty file while this is open, which stays only if the process is killed."""
+    """Keep an empty file while the context is open; it remains only if the process is killed."""
     with suppress(OSError):  # a full disk
         path.touch()
     _OPEN.add(path)
@@ -121,7 +121,7 @@ def marked(path: Path) -> Iterator[None]:
 
 @contextmanager
 def before_replacing(note: Callable[[Path, Path], None]) -> Iterator[None]:
-    """Have ``note`` called with the complete file and the one that it replaces, for each that is written inside."""
+    """Call ``note`` with the complete file and the one that it replaces, for each file written in the context."""
     token = _BEFORE_REPLACING.set(note)
     try:
         yield
@@ -130,7 +130,7 @@ def before_replacing(note: Callable[[Path, Path], None]) -> Iterator[None]:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text as UTF-8, its newlines as they are, whole or not at all. Raises `InputError`: as `replacing`."""
+    """Write a text as UTF-8, newlines unchanged, completely or not at all. Raises `InputError`: as `replacing`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
 
@@ -141,7 +141,7 @@ def write_csv(path: Path | str, table, **options) -> None:
 
 
 def broken_off() -> str:
-    """Remove what is being written, for a process that is about to end, and say so."""
+    """Remove the files being written by a process that is about to end, and return a sentence on it."""
     for temporary in list(_OPEN):
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -149,7 +149,7 @@ def broken_off() -> str:
 
 
 def check_writable(path: Path | str, size: float = 0.0) -> None:
-    """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
+    """Raise `InputError` for a name that cannot be written, or a disk with less than ``size`` bytes free."""
     try:
         target, _ = _target(path)
         existing = next((folder for folder in target.parents if folder.exists()), target.parent)
@@ -170,7 +170,7 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
-    """Contents of a plain file of at most ``limit`` bytes, whatever the file system says of its size.
+    """Return the contents of a plain file of at most ``limit`` bytes, whatever size the file system states.
 
     ``label`` is the file type in error messages, such as "YAML file". Raises `InputError`: the file is missing,
     a folder or a device, larger, or cannot be read.
@@ -189,7 +189,7 @@ def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
 
 
 def read_text(path: Path | str, label: str, limit: int) -> str:
-    """Contents of a file (`read_bytes`) as UTF-8 text (else `InputError`), without byte order mark, newlines plain."""
+    """Return the contents of a file (`read_bytes`) as UTF-8 text, without byte order mark and with plain newlines."""
     data = read_bytes(path, label, limit)
     try:
         text = data.decode("utf-8-sig")
@@ -203,7 +203,7 @@ def read_text(path: Path | str, label: str, limit: int) -> str:
 
 
 def _checksum(meta: str, arrays: "dict[str, np.ndarray]") -> str:
-    """SHA-256 of a description and of arrays: names, types, shapes, bytes."""
+    """Return the SHA-256 of a description and of arrays: names, types, shapes, bytes."""
     digest = hashlib.sha256(meta.encode())
     for name in sorted(arrays):
         digest.update(f"{name} {arrays[name].dtype.descr} {arrays[name].shape}".encode())
@@ -223,14 +223,14 @@ def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", com
 
 
 def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
-    """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
+    """Return the description (``meta``, JSON) and the arrays of an npz file; nothing is unpickled.
 
     Without ``arrays`` they are not read, and the checksum of `write_npz` is not compared. The arrays may take
     ``limit`` bytes in memory, the description `LARGEST_META`.
     Raises `InputError`: the file is missing, larger, or holds anything but a description and arrays of numbers and
     text, or others than were written.
     """
-    import numpy as np  # by those alone who read arrays: what lists the rigs reads text
+    import numpy as np  # not needed by commands that read text only
 
     path = plain_file(path, label)
     try:
@@ -246,7 +246,7 @@ def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) ->
                 if not isinstance(meta, dict) or (arrays and str(data["checksum"]) != _checksum(text, loaded)):
                     raise ValueError
                 return meta, loaded
-    except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
+    except Exception:  # any error of zip, JSON or the header of an array in a damaged file
         raise InputError(f"{path}: not a {label}, or damaged; give the path of a whole one") from None
     raise InputError(
         f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
@@ -255,7 +255,7 @@ def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) ->
 
 
 def plain_file(path: Path | str, label: str) -> Path:
-    """The path of a plain file; `InputError` for nothing, a folder, a pipe or a device, which may never end."""
+    """Return the path of a plain file; `InputError` if it is missing, a folder, a pipe or a device."""
     try:
         path = Path(path)
         mode = os.stat(path).st_mode

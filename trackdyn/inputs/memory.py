@@ -1,4 +1,4 @@
-"""Memory that this process may still take: of the machine, of its control groups, and within its own limits."""
+"""Free memory of this process: of the machine, its control groups, and its own limits."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,7 +15,7 @@ def free_memory() -> float:
 
 
 def _free_in_control_groups(groups: Path = CONTROL_GROUPS, membership: Path = MEMBERSHIP) -> Iterator[float]:
-    """Yield what is free in each control group of this process with a limit, as a container or a batch job has it.
+    """Yield the free memory of each control group of this process with a limit, as of a container or a batch job.
 
     Cached files that the kernel would give up count as free.
     """
@@ -31,7 +31,7 @@ def _free_in_control_groups(groups: Path = CONTROL_GROUPS, membership: Path = ME
             else:
                 continue
             group = top / place.lstrip("/")
-            # what a container sees as its top may lie below the place that is named
+            # the top of a container may be below the group that is named
             for folder in [group, *group.parents]:
                 if folder.is_relative_to(top):
                     with suppress(OSError, ValueError, KeyError):  # no such group here, or no limit ("max")
@@ -41,7 +41,7 @@ def _free_in_control_groups(groups: Path = CONTROL_GROUPS, membership: Path = ME
 
 
 def _free_address_space() -> Iterator[float]:
-    """Yield what `ulimit -v` leaves."""
+    """Yield the address space left by `ulimit -v`."""
     with suppress(ImportError):  # not on every system
         import resource
 

@@ -1,8 +1,8 @@
-"""A parameter of a rig: a value in a unit of its own, with its kind and its source.
+"""Parameters of a rig: a value in its unit, with its kind and its source.
 
 Each entry of a file is ``{value, unit, kind, source}``. The unit must be the one named here: units are never
-converted silently. The kind says where the number comes from: ``printed`` in the paper (or another publication that
-the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` (its source says to what).
+converted silently. The kind is the origin of the number: ``printed`` in the paper (or another publication that the
+source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` (the source states to which result).
 """
 
 import re
@@ -19,13 +19,13 @@ from trackdyn.inputs.validation import Section, plain_count, plain_number
 from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
 
 WORD = "name"  # unit of values that are words
-FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
+FROM_FILE = "from a file"  # entries of a file state their units, values in Python do not
 LARGEST_VALUE = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
 LEAST_VALUE = 1e-40  # size of any value that is not 0, for the same reason
 
 
 def number_of(value: Any) -> float:
-    """A number as a float; NaN for anything else."""
+    """Return a number as a float; NaN for anything else."""
     try:
         return float("nan") if isinstance(value, (str, bool)) else float(value)
     except (TypeError, ValueError, OverflowError):  # an integer may have more digits than a number
@@ -33,7 +33,7 @@ def number_of(value: Any) -> float:
 
 
 def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
-    """A table of finite numbers, its rows of one length."""
+    """Return a table of finite numbers, with rows of equal length."""
     rows = value if isinstance(value, (list, tuple)) else ()
     if not rows or not all(isinstance(row, (list, tuple)) and row for row in rows):
         raise ValueError(f"= {shown(value)}: must be a list of rows of numbers, such as [[0, 1], [2, 3]]")
@@ -59,7 +59,7 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
 
 
 def entry_value(entry: Any, unit: str) -> Any:
-    """Value of an entry of a file; `ValueError` says which of its keys is missing or not as it must be."""
+    """Return the value of an entry of a file; `ValueError` names the key that is missing or wrong."""
     if not isinstance(entry, dict):
         quoted = f'"{unit}"' if "," in unit else unit  # YAML would end the value at the comma
         form = f"{{value: {shown(entry)}, unit: {quoted}, kind: assumed, source: ...}}"
@@ -85,10 +85,10 @@ def entry_value(entry: Any, unit: str) -> Any:
 
 
 class Quantity:
-    """Unit and bounds of a parameter, behind its Python type; a number is at most ``LARGEST_VALUE`` in size.
+    """Unit and bounds of a parameter, as annotation of its type; a number is at most ``LARGEST_VALUE`` in size.
 
-    ``Annotated[float, Quantity("N/m", gt=0)]`` is a number that must be there, ``Annotated[float | None, ...]`` one
-    that may be left out, ``Annotated[Table, Quantity("m, m, m, 1")]`` a table whose columns have these units.
+    ``Annotated[float, Quantity("N/m", gt=0)]`` is a required number, ``Annotated[float | None, ...]`` an optional one,
+    ``Annotated[Table, Quantity("m, m, m, 1")]`` a table whose columns have these units.
     """
 
     def __init__(self, unit: str, **bounds: float):
@@ -115,7 +115,7 @@ Slope = Annotated[float, Quantity("deg", gt=-90, lt=90)]
 Friction = Annotated[float, Quantity("1", ge=0, le=2)]
 
 
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # a wheel or a sensor may have it
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel or a sensor
 
 
 class FieldValue(NamedTuple):
@@ -128,7 +128,7 @@ class FieldValue(NamedTuple):
 
 @cache
 def _units(model: type[Section]) -> dict[str, str | None]:
-    """Units of the fields of a type of section by name; None for a section in it."""
+    """Return the units of the fields of a type of section by name; None for a section in it."""
     return {
         name: next((item.unit for item in info.metadata if isinstance(item, Quantity)), None)
         for name, info in model.model_fields.items()
@@ -136,7 +136,7 @@ def _units(model: type[Section]) -> dict[str, str | None]:
 
 
 def fields_of(section: Section, prefix: str = "", keys: tuple[str, ...] = ()) -> Iterator[tuple[str, FieldValue]]:
-    """Dotted name of every field and section in a section; a wheel, a surface or a sensor is a section by its name."""
+    """Yield fields and sections by dotted names; a wheel, a surface or a sensor is a section by its name."""
     for name, unit in _units(type(section)).items():
         value, here = getattr(section, name), (*keys, name)
         yield prefix + name, FieldValue(value, unit, here)
@@ -150,24 +150,24 @@ def fields_of(section: Section, prefix: str = "", keys: tuple[str, ...] = ()) ->
 
 @cache
 def possible_fields(model: type[Section], prefix: str = "") -> frozenset[str]:
-    """Dotted names that fields in a section of this type may have, ``*`` for a wheel, a surface or a sensor."""
+    """Return all dotted names of fields in a section of this type, ``*`` for a wheel, a surface or a sensor."""
     names = {prefix + name for name, unit in _units(model).items() if unit}
     for name, info in model.model_fields.items():
         inner = "*." if get_origin(info.annotation) is dict else f"{prefix}{name}."
-        for kind in get_args(info.annotation) or (info.annotation,):  # a section, or one that may be left out
+        for kind in get_args(info.annotation) or (info.annotation,):  # a section, or an optional one
             if isinstance(kind, type) and issubclass(kind, Section):
                 names |= possible_fields(kind, inner)
     return frozenset(names)
 
 
 def outside_range(entry: dict) -> str:
-    """Side on which the value of an entry leaves its range, ``below`` or ``above``; empty if it does not."""
+    """Return the side on which an entry's value leaves its range, ``below`` or ``above``; empty if within."""
     value, low, high = (number_of(entry.get(key)) for key in ("value", "low", "high"))
     return "below" if value < low else "above" if value > high else ""
 
 
 def entries_of(data: dict, prefix: str = "") -> dict[str, dict]:
-    """Entries of a rig file (`rig_file.read_rig`) by the names of their fields."""
+    """Return the entries of a rig file (`rig_file.read_rig`) by the names of their fields."""
     entries = {}
     for key, section in data.items():
         if "value" in section:

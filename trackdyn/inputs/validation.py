@@ -1,4 +1,4 @@
-"""Data against a schema; every defect ends in one sentence."""
+"""Validation of data by a schema, with error messages of one sentence."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -42,7 +42,7 @@ else:
 
 
 class _Sentences(ModelMetaclass):
-    """Classes whose calls refuse wrong values in one sentence; what is read from a file is `validated`."""
+    """Metaclass whose constructors raise `InputError` with one sentence; data of files are `validated`."""
 
     def __call__(cls, *args: Any, **fields: Any) -> Any:
         try:
@@ -58,7 +58,7 @@ class _Sentences(ModelMetaclass):
 
 
 def _refuse_change(owner: Any, name: str) -> NoReturn:
-    """Say what returns another object. Raises `InputError`."""
+    """Raise `InputError` that names the method which returns a changed copy."""
     remedy = {"Rig": "rig.changed(...)", "Scene": "scene.with_(...)"}.get(
         type(owner).__name__, "model_copy(update=...)"
     )
@@ -66,7 +66,7 @@ def _refuse_change(owner: Any, name: str) -> NoReturn:
 
 
 class FrozenDict(dict):
-    """A dictionary of a frozen object, which nobody can change: `InputError`."""
+    """Read-only dictionary of a frozen object; changes raise `InputError`."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise InputError(
@@ -83,9 +83,9 @@ class FrozenDict(dict):
 
 
 class Section(BaseModel, metaclass=_Sentences):
-    """A group of settings: unknown keys are refused, values cannot be changed afterwards.
+    """Immutable group of settings that rejects unknown keys.
 
-    A number is no truth value and no text, nor the other way round.
+    Numbers, truth values and text are not converted into each other.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -107,7 +107,7 @@ class Section(BaseModel, metaclass=_Sentences):
         return type(self)(**{name: getattr(self, name) for name in self.model_fields_set} | dict(update))
 
     def __eq__(self, other: Any) -> bool:
-        """Whether all fields are equal; what was worked out from them and kept, mostly arrays, is not asked."""
+        """Return whether all fields are equal; cached values computed from them are not compared."""
         return type(self) is type(other) and all(
             getattr(self, name) == getattr(other, name) for name in type(self).model_fields
         )
@@ -117,7 +117,7 @@ SectionType = TypeVar("SectionType", bound=Section)
 
 
 def not_one_of(value: Any, accepted: Iterable[str]) -> str:
-    """Why a value that should be one of some names is rejected: all of them, and the one that may be meant."""
+    """Return the error message for a value that is none of the accepted names, with a similar one."""
     *others, last = map(repr, accepted)
     meant = get_close_matches(value[:100], accepted, 1) if isinstance(value, str) else []
     did = f"; did you mean {meant[0]!r}?" if meant else ""
@@ -126,7 +126,7 @@ def not_one_of(value: Any, accepted: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Mark of a `Literal` or ``str``: its names and a registry's are accepted; `not_one_of` says so of others."""
+    """Annotation of a `Literal` or ``str``: its names and those of a registry are accepted (`not_one_of`)."""
 
     registry: Mapping[str, Any] = field(default_factory=dict)
 
@@ -137,14 +137,14 @@ class OneOf:
                 raise ValueError(not_one_of(value, accepted))
             return str(value)
 
-        # a name of the registry alone is none of the literal's: written as text, it is no surprise
+        # a name that only the registry has is written as text, or pydantic would warn that it is none of the literal's
         return handler.generate_schema(Annotated[source, WrapValidator(accept), PlainSerializer(str, str)])
 
 
 def validated(
     schema: type[SectionType], data: Any, name: str, missing: str = "add it", context: Any = None
 ) -> SectionType:
-    """``data`` as an object of ``schema`` (``context``: for its validators); or `InputError` with file and field."""
+    """Return ``data`` as an object of ``schema`` (``context``: for its validators); or `InputError`."""
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     with naming(name):
@@ -155,7 +155,7 @@ def validated(
 
 
 def plain_number(value: Any) -> Any:
-    """A number as Python's own float, whichever library it comes from; anything else goes on to be refused.
+    """Return a number of any library as a Python float; raise `ValueError` for anything else.
 
     Accepts integers, fractions, NumPy scalars and arrays without dimensions.
     """
@@ -173,7 +173,7 @@ def plain_number(value: Any) -> Any:
 
 
 def plain_count(value: Any) -> Any:
-    """A whole number as Python's own int, or `ValueError`; see `plain_number`."""
+    """Return a whole number as a Python int, or raise `ValueError`; see `plain_number`."""
     number = plain_number(value)
     if number != int(number):
         raise ValueError(f"= {shown(value)}: must be a whole number")
@@ -181,14 +181,14 @@ def plain_count(value: Any) -> Any:
 
 
 def parse_number(text: str | float) -> float:
-    """A number as tables write it (or `ValueError`); ``float`` also reads ``1_15`` and the digits of every script."""
+    """Return a number in ASCII digits (else `ValueError`); ``float`` also reads ``1_15`` and other scripts."""
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(text)
     return float(text)
 
 
 def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """The error to say first: of a missing field and an unknown one beside it, the latter with the closest name."""
+    """Return the first error to report; an unknown field comes before a missing one, with the closest name."""
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
         missing = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
@@ -198,9 +198,9 @@ def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
-    """Pydantic's ``error`` as one sentence with the file ``name``, the field, the value and what would be accepted.
+    """Return pydantic's ``error`` as one sentence with the file ``name``, field, value and accepted values.
 
-    ``missing`` says what to do about a missing field.
+    ``missing`` is the remedy for a missing field.
     """
     keys = (str(key) for key in error["loc"])
     location = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in keys) or "the file"
@@ -223,7 +223,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
 
 
 def within(name: str, value: float, least: float, most: float, suffix: str = "") -> float:
-    """A number between two, else `InputError` with name, value and range; ``suffix``, such as a unit, follows it."""
+    """Return a number within limits, else `InputError` with name, value and range, followed by ``suffix``."""
     try:
         number = plain_number(value)
     except ValueError as error:
@@ -233,7 +233,7 @@ def within(name: str, value: float, least: float, most: float, suffix: str = "")
     return number
 
 
-# what a declared type accepts, in words, and of which classes that is
+# declared type -> its description in messages, and the classes that it accepts
 _ACCEPTED: dict[Any, tuple[str, tuple[type, ...]]] = {
     bool: ("True or False", (bool, np.bool_)), float: ("a finite number", (Real,)), int: ("a whole number", (Real,)),
     str: ("text", (str,)), Path: ("a path", (Path,)), type(None): ("None", (type(None),)),
@@ -244,10 +244,10 @@ Typed = TypeVar("Typed", bound=Callable[..., Any])
 
 
 def typed(target: Typed) -> Typed:
-    """Refuse (`InputError`) arguments of another type than a function, or the public methods of a class, are declared.
+    """Check the types of arguments of a function, or of the public methods of a class (`InputError`).
 
-    Classes, numbers, truth values, sequences, mappings and callables are told apart, and unions of these; of what a
-    container holds, and of other annotations, nothing is said.
+    Classes, numbers, truth values, sequences, mappings, callables and unions of these are checked; items of containers
+    and other annotations are not.
     """
     if isinstance(target, type):
         for name, member in list(vars(target).items()):
@@ -279,7 +279,7 @@ def typed(target: Typed) -> Typed:
 
 
 def _is_a(value: Any, kind: Any) -> bool:
-    """Whether a value is of a declared class, as far as `typed` tells."""
+    """Return whether a value is of a declared class, as far as `typed` checks."""
     if kind in (float, int) and isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     accepted = _ACCEPTED[kind][1] if kind in _ACCEPTED else kind

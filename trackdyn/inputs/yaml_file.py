@@ -1,4 +1,4 @@
-"""Reading YAML that means what it shows; every defect ends in one sentence."""
+"""Reader of YAML without surprises, with error messages of one sentence."""
 
 import re
 from copy import deepcopy
@@ -22,8 +22,8 @@ KINDS = ("printed", "derived", "assumed", "fitted")
 _BASES = (Composer, yaml.CSafeLoader) if yaml.__with_libyaml__ else (yaml.SafeLoader,)
 
 
-class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depends on the yaml that is installed
-    """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end.
+class _PlainLoader(*_BASES):  # type: ignore[misc]  # the bases depend on the installed yaml
+    """Loader of safe YAML without duplicate keys, aliases or unlimited nesting.
 
     Plain words are numbers, truth values and nulls as in the core schema of YAML 1.2, without its 0o17 and 0x0F: to
     YAML 1.1, which PyYAML reads, 010 is 8, 1:10 is 70, ``yes`` is true, and 2e11 is text.
@@ -71,7 +71,7 @@ _PlainLoader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(l
 
 
 def read_yaml(path: Path | str) -> Any:
-    """Contents of a YAML file of at most `LARGEST_YAML` bytes, or `InputError` with the reason why it is none."""
+    """Return the contents of a YAML file of at most `LARGEST_YAML` bytes, or raise `InputError` with the reason."""
     text = read_text(path, "YAML file", LARGEST_YAML)
     try:
         return deepcopy(_parse(text))
@@ -89,5 +89,5 @@ def read_yaml(path: Path | str) -> Any:
 
 @lru_cache(8)
 def _parse(text: str) -> Any:
-    """Contents of a text; a rig is read several times by one process."""
+    """Return the contents of a text; cached, since a process reads a rig several times."""
     return yaml.load(text, _PlainLoader)
