@@ -1,6 +1,6 @@
-"""Pictures of the rig in its own coordinates (m): chain, sprocket and wheels, for any axes.
+"""Drawings of the rig in its own coordinates (m): chain, sprocket and wheels, for any axes.
 
-Everything is drawn from the geometry that the simulator uses: bodies from a recorded configuration,
+They use the geometry of the simulator: bodies from a recorded configuration,
 the sprocket from the ten arcs of its groove.
 """
 
@@ -28,22 +28,22 @@ MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
 MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
 JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
 FORCE_BAR = 4000.0  # force of the scale bar, N; arrows of forces have one scale in all pictures of a kind
-FORCE_MOST = 2.0  # no arrow is longer than so many bars
+FORCE_MOST = 2.0  # longest arrow, in lengths of the bar
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
 # numbers of the areas: so far below the bottom of the groove (m), over this fraction of the pitch
 NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.98
-# stacking: wheels and ring, sprocket, connectors, links, what is written on them
+# stacking: wheels and ring, sprocket, connectors, links, labels on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 
 
 def ring_words(radius: float | None) -> str:
-    """A ring (radius in m) in words."""
+    """Return the label of a ring (radius in m)."""
     return "no ring" if radius is None else f"ring {radius:.3f} m"
 
 
 def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
-    """Pins (n + 1, 2), m, and angles (n,) of the bodies and of the sprocket, rad, of a row of ``Recording.frame``.
+    """Return pins (n + 1, 2), m, angles (n,) of the bodies, and that of the sprocket, rad, of a recorded frame.
 
     Pins are the input pin of every body, and the output pin of the last.
     """
@@ -56,18 +56,18 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def laid_frame(rig: Rig) -> tuple[np.ndarray, float]:
-    """Configuration of the loop laid around its wheels, as a row of ``Recording.frame``, and the layout's shift, m."""
+    """Return the configuration of the loop laid around its wheels, and the layout's shift, m."""
     laid = assemble(rig)
     return np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), laid.shift
 
 
 def sprocket_centre(rig: Rig) -> np.ndarray:
-    """(2,) centre of the sprocket, m."""
+    """Return the (2,) centre of the sprocket, m."""
     return np.array([rig.sprocket.x, rig.sprocket.y])
 
 
 def turned(rig: Rig, frame, angle: float) -> np.ndarray:
-    """A configuration turned about the sprocket's centre by an angle (rad)."""
+    """Return a configuration rotated about the sprocket's centre by an angle (rad)."""
     frame = np.array(frame, dtype=float)
     centre = sprocket_centre(rig)
     frame[:2] = placed([frame[:2] - centre], centre, angle)[0]
@@ -76,36 +76,36 @@ def turned(rig: Rig, frame, angle: float) -> np.ndarray:
 
 
 def link_outline(rig: Rig) -> np.ndarray:
-    """(4, 2) corners of a link in its body frame: pin to pin and its thickness, m."""
+    """Return the (4, 2) corners of a link in its body frame: pin to pin and its thickness, m."""
     a, half = rig.chain.link_length, rig.chain.link_thickness / 2
     return np.array([[0.0, -half], [a, -half], [a, half], [0.0, half]])
 
 
 def circle_points(centre, radius: float, start: float, end: float, count: int) -> np.ndarray:
-    """(count, 2) points of a circle from one direction to another (rad), m."""
+    """Return (count, 2) points of a circle from one direction to another (rad), m."""
     angle = np.linspace(start, end, count)
     return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def stadium(length: float, radius: float, count: int) -> np.ndarray:
-    """Outline of what is within a radius of a line along x from the origin, m; ``count`` points an end."""
+    """Return the outline of a stadium, of a line along x from the origin, m; ``count`` points an end."""
     left = circle_points((0.0, 0.0), radius, pi / 2, 3 * pi / 2, count)
     return np.vstack([left, -left + [length, 0.0]])
 
 
 def connector_outline(rig: Rig) -> np.ndarray:
-    """Outline of a connector in its body frame: the arcs around its two pins, joined, m."""
+    """Return the outline of a connector in its body frame: the arcs around its two pins, joined, m."""
     return stadium(rig.connector_length, rig.chain.connector_radius, 2 * POINTS_AN_ARC)
 
 
 def connector_patch(rig: Rig, pins, **look) -> Polygon:
-    """A connector between two pins."""
+    """Return the patch of a connector between two pins."""
     (x, y), (u, v) = pins
     return Polygon(placed(connector_outline(rig), pins[0], atan2(v - y, u - x)), **look)
 
 
 def placed(outline, origin, angle: float) -> np.ndarray:
-    """Points ``outline`` (n, 2) of a body frame at ``origin``, turned by ``angle`` (rad), in the inertial frame; m."""
+    """Transform points (n, 2) of a body frame at ``origin``, rotated by ``angle`` (rad), to the inertial frame; m."""
     c, s = cos(angle), sin(angle)
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
@@ -124,7 +124,7 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: fl
     looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
     links, connectors = range(0, len(angles), 2), range(1, len(angles), 2)
     link, ends, dot = link_outline(rig), [connector_outline(rig)], 2.0
-    if len(angles) == rig.chain.pitches:  # single pins: both arcs that bear on the sprocket beside every pin
+    if len(angles) == rig.chain.pitches:  # single pins: both arcs that bear on the sprocket next to every pin
         links = connectors = range(len(angles))
         end, dot = (rig.single_pin_pitch - rig.chain.link_length) / 2, 3.0
         link, middles = link + [end, 0.0], (end, end + rig.chain.link_length)
@@ -143,7 +143,7 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: fl
 
 
 def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:
-    """Points of the frame of groove ``groove`` (1 to m; Eq. 12) in the inertial frame, m."""
+    """Transform points of the frame of groove ``groove`` (1 to m; Eq. 12) to the inertial frame, m."""
     beta = (2 * groove - 1) * pi / rig.sprocket.teeth - pi / 2
     return placed(points, sprocket_centre(rig), sprocket_angle + beta)
 
@@ -172,7 +172,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
 
 
 def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> None:
-    """The groove's outline over what hides it, its joints, and a row of numbers in the steel below it."""
+    """Draw the groove's outline on top, its joints, and a row of numbers in the steel below it."""
     shape = rig.groove_profile
     outline = groove_points(rig, sprocket_angle, groove, shape.profile(POINTS_AN_ARC))
     ax.plot(*outline.T, color=STEEL_EDGE, linestyle=(0, (3, 1.5)), linewidth=0.8, zorder=Z_MARK - 0.2)
@@ -207,18 +207,18 @@ def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, **cha
 
 
 def view(ax: Axes, middle, half) -> None:
-    """Limits of the axes: ``half`` of a width (m) around a point, or half of a width and of a height."""
+    """Set the limits of the axes: ``half`` of a width (m) around a point, or half of a width and of a height."""
     (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
     ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
 
 
 def force_arrow(force: float, bar: float) -> float:
-    """Length of the arrow of a force (N) where the scale bar is ``bar`` long, m."""
+    """Return the length of the arrow of a force (N) for a scale bar of length ``bar``, m."""
     return bar * min(force / FORCE_BAR, FORCE_MOST)
 
 
 def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
-    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a fraction of its width on."""
+    """Draw the scale bar of the forces, ``bar`` (m) long, at the foot of the view from a fraction of its width on."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     x, y = left + begin * (right - left), low + 0.03 * (high - low)
     look = {"color": BLACK, "zorder": Z_MARK + 3, "path_effects": [withStroke(linewidth=3, foreground="white")]}
@@ -238,7 +238,7 @@ def _draw_disc(ax: Axes, x: float, y: float, radius: float, face: str, edge: str
 
 @styled
 def draw_rig(rig: Rig, frame, wheels) -> Figure:
-    """The loop in a configuration (a row of ``Recording.frame``) with its wheels, (w, 3) centres and radii, m."""
+    """Return a figure of the loop in a configuration with its wheels, (w, 3) centres and radii, m."""
     pins, _, angle = chain_points(rig, frame)
     middle, half = (pins.max(axis=0) + pins.min(axis=0)) / 2, np.ptp(pins, axis=0) / 2
     margin = 0.06 * half.max() + rig.chain.link_thickness

@@ -1,4 +1,4 @@
-"""Pages: numbers in short form, and a template with its data packed into it."""
+"""Rendering of pages: rounded numbers, and a template with its data."""
 
 import base64
 import gzip
@@ -15,12 +15,12 @@ CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m an
 
 
 def short(values, digits: int = 4) -> list[float]:
-    """Numbers with a few significant digits."""
+    """Round numbers to a few significant digits."""
     return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]
 
 
 def differences(columns: np.ndarray) -> dict:
-    """Columns of numbers over time in whole ``CONFIGURATION``: a start and second differences, for a small file."""
+    """Encode columns over time in integers of ``CONFIGURATION``: a start and second differences, for a small file."""
     steps = np.rint(columns / CONFIGURATION).astype(int)
     return {
         "start": steps[0].tolist(),
@@ -29,7 +29,7 @@ def differences(columns: np.ndarray) -> dict:
 
 
 def environment(folder: Path = HERE) -> Environment:
-    """Templates of a folder and, behind them, of this one; the style of every page is its global ``style``."""
+    """Return an environment of the templates of a folder and of this one; its global ``style`` is that of all pages."""
     templates = Environment(
         loader=FileSystemLoader([folder, HERE]),
         autoescape=True,
@@ -43,7 +43,7 @@ def environment(folder: Path = HERE) -> Environment:
 
 
 def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **content) -> str:
-    """A page as HTML text: template and scripts, with its data packed in; ``data["files"]`` are texts it hands out."""
+    """Render a page as HTML: template, scripts and data; ``data["files"]`` are texts for download."""
     files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
     return (
         environment(folder)
@@ -59,5 +59,5 @@ def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = H
 
 
 def packed(text: str) -> str:
-    """Base64 of a text, compressed; the same text gives the same."""
+    """Return the base64 of a compressed text, reproducibly."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")

@@ -1,4 +1,4 @@
-"""One page that shows a run: the loop moving, tension, sensor, contacts, the energy balance, what was decided."""
+"""Page of a run: motion of the loop, tension, sensor, contacts, energy balance, choices of fidelity."""
 
 import html
 import json
@@ -28,7 +28,7 @@ from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import Replay, replay
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
-LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts
+LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history drawn as it is; intervals of a longer one
 LEAST_SPECTRUM = 16  # samples
 # scale bar over the width of the loop, the teeth's reach, a pitch
 BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
@@ -36,14 +36,14 @@ BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
 
 @dataclass(frozen=True)
 class Shown:
-    """A page that shows a run; a notebook displays it."""
+    """Page of a run, which a notebook displays."""
 
     text: str  # the page, HTML
     stretch: Replay | None  # the motion on it
 
     @typed
     def save(self, path: Path | str) -> None:
-        """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
+        """Write the page, completely or not at all. Raises `InputError`: it cannot be written."""
         write_text(path, self.text)
 
     def _repr_html_(self) -> str:
@@ -61,8 +61,8 @@ def show(
 ) -> Shown:
     """Show a run on one page that needs no network.
 
-    What moves is simulated again from the recording's scene (`simulation.replay.replay`) and compared with it; all the
-    rest is of the recording itself.
+    The motion is simulated again from the recording's scene (`simulation.replay.replay`) and compared with it; all
+    other data are of the recording itself.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def show(
     path : path or None
         Where to write the page; not written if not given.
     seconds : float or None
-        Length of what moves, s; by default a turn of the sprocket.
+        Length of the motion, s; by default a turn of the sprocket.
     title : str or None
         Name of the run on the page; that of its file by default.
     progress : bool
@@ -93,7 +93,7 @@ def show(
 
 
 def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
-    """The page of a run, HTML."""
+    """Return the page of a run, HTML."""
     measures, work = shown_measures(recording), work_of(recording)
     decisions = [
         {
@@ -135,7 +135,7 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
 
 
 def work_of(recording: Recording) -> list[dict]:
-    """Change of every entry of the energy balance over the record (J), and what it leaves open."""
+    """Return the change of every entry of the energy balance over the record (J), and the residual."""
     change = dict(zip(ENERGY_NAMES, (recording.energy[-1] - recording.energy[0]).tolist(), strict=True))
     supplied = change["sprocket_work"]
     rows = [("supplied", "sprocket_work", supplied)]
@@ -155,7 +155,7 @@ def work_of(recording: Recording) -> list[dict]:
 
 
 def signal(recording: Recording, stretch: float | None) -> dict:
-    """The sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
+    """Return the sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
     ay, rate = sense(recording).ay, recording.rate
     chart: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
     if stretch is not None:
@@ -181,7 +181,7 @@ def signal(recording: Recording, stretch: float | None) -> dict:
 
 
 def geometry(recording: Recording, stretch: Replay) -> dict:
-    """Lengths and outlines that the moving loop is drawn from (m), and the one scale of its forces."""
+    """Return lengths and outlines of the moving loop (m), and the scale of its forces."""
     rig, model = recording.scene.rig, stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
     groove = rig.groove_profile
@@ -227,7 +227,7 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
 
 
 def _arcs(tooth: Tooth) -> np.ndarray:
-    """(k, 9, 2) points of the arcs of a groove in its own frame, m."""
+    """Return (k, 9, 2) points of the arcs of a groove in its own frame, m."""
     half = np.arccos(tooth.cos_half_angle)
     middle = np.arctan2(tooth.direction_y, tooth.direction_x)
     angle = middle[:, None] + np.linspace(-1, 1, 9) * half[:, None]
@@ -236,7 +236,7 @@ def _arcs(tooth: Tooth) -> np.ndarray:
 
 
 def picture(recording: Recording, stretch: Replay) -> dict:
-    """The stretch as the page moves it: whole numbers of small units."""
+    """Encode the motion for the page: integers of small units."""
     frames, bodies = stretch.bodies.shape[:2]
     wheels = stretch.wheels[:, 1:]
     centres = wheels[:, :, :2].reshape(frames, -1)
@@ -263,7 +263,7 @@ def picture(recording: Recording, stretch: Replay) -> dict:
 
 
 def tension(stretch: Replay) -> dict:
-    """Least and largest tension by position around the loop, and where the wheels are."""
+    """Return the least and largest tension by position around the loop, and the positions of the wheels."""
     pitches = stretch.loop.scene.rig.chain.pitches
     bins = np.minimum((2 * stretch.along).astype(int), 2 * pitches - 1).ravel()
     values = stretch.tension.ravel()
@@ -284,7 +284,7 @@ def tension(stretch: Replay) -> dict:
 
 
 def shares(stretch: Replay) -> dict | None:
-    """Time in contact by area and of the ring, % of a turn of the sprocket per passage."""
+    """Return the time in contact by area and of the ring, % of a turn of the sprocket per passage."""
     record, rig = stretch.record.samples, stretch.loop.scene.rig
     if not record.wheel_rate[:, SPROCKET].any():
         return None

@@ -1,4 +1,4 @@
-"""One look for all figures, and writing them so that the same data give the same bytes."""
+"""Style of all figures, and reproducible files of them."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -61,7 +61,7 @@ RC = {
 
 
 def styled(draw: Callable) -> Callable:
-    """A function that draws, in the style of the house and untouched by a user's own settings."""
+    """Decorate a function that draws, to use this style whatever the user's own settings."""
 
     @wraps(draw)
     def wrapper(*args, **kwargs):
@@ -74,7 +74,7 @@ def styled(draw: Callable) -> Callable:
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure of a height and a width in inch, without a window."""
+    """Return an empty figure of a height and a width in inches, without a window."""
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
@@ -86,7 +86,7 @@ PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": N
 
 @contextmanager
 def laid_out(figure: Figure) -> Iterator[None]:
-    """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call.
+    """Lay a figure out once, with rounded positions of axes: the solver's last digits differ from call to call.
 
     Meanwhile the figure has no layout engine: with one, also with ``"none"``, `savefig` draws everything twice, and
     afterwards it takes that of the style again.
@@ -102,7 +102,7 @@ def laid_out(figure: Figure) -> Iterator[None]:
 
 @styled
 def save(figure: Figure, path: Path | str, *kinds: str, dpi: float = DPI) -> None:
-    """Write a figure under a name with the ending of every kind, ``png`` and ``svg`` by default: all or none."""
+    """Write a figure in every format, ``png`` and ``svg`` by default: all or none."""
     with laid_out(figure), ExitStack() as files:
         for kind in kinds or PLAIN:
             file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
@@ -110,7 +110,7 @@ def save(figure: Figure, path: Path | str, *kinds: str, dpi: float = DPI) -> Non
 
 
 def power_of_ten(value: float, digits: int) -> str:
-    """A number as 3.00 × 10⁻¹⁴, with so many digits after the point; a plain 0 for nothing."""
+    """Format a number as 3.00 × 10⁻¹⁴ with ``digits`` after the point; 0 as such."""
     if not value:
         return "0"
     mantissa, exponent = f"{value:.{digits}e}".split("e")
@@ -119,13 +119,13 @@ def power_of_ten(value: float, digits: int) -> str:
 
 
 def upper_edge(y, groups: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where the stretches of a curve begin, with its end, and the largest value in each."""
+    """Divide a curve into groups; return their first indices with the end, and the largest value in each."""
     edges = np.unique(np.linspace(0, len(y), min(groups, len(y)) + 1).astype(int))
     return edges, np.maximum.reduceat(y, edges[:-1])
 
 
 def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest value of each of ``groups`` stretches: a long curve that looks the same.
+    """Thin a long curve to the least and greatest value of each of ``groups`` intervals, which looks the same.
 
     A curve of at most twice as many points is returned as it is; ``x`` rises.
     """
