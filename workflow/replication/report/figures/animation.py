@@ -1,4 +1,4 @@
-"""The loop in motion as a small GIF, with the normal forces on every pitch."""
+"""Animation of the loop as a small GIF, with the normal forces on every pitch."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -37,7 +37,7 @@ NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True))
 
 
 def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
-    """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
+    """Draw wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
     frame = recording.frame[index]
     shift = recording.layout.tensioner_shift_m
     draw_loop(ax, rig, frame, shift, recording.scene.ring_radius)
@@ -66,9 +66,9 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
 
 @styled
 def write_animation(recording: Recording, path: Path | str) -> None:
-    """Write one turn of the sprocket as a GIF: the sprocket beside the whole loop.
+    """Write one turn of the sprocket as a GIF: the sprocket next to the whole loop.
 
-    After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
+    After a turn every body is at the position of another of its kind, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.
     """
     rig, between = recording.scene.rig, recording.scene.frame_interval

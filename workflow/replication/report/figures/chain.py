@@ -28,7 +28,7 @@ EVERY = 10  # every tenth element of a long chain is numbered
 
 @styled
 def piece_figure(rig: Rig) -> Figure:
-    """Figure 2: a stretched piece of the chain with its dimensions (a), the same with its bushings unloaded (b)."""
+    """Draw Figure 2: a stretched piece of the chain with its dimensions (a), and with its bushings unloaded (b)."""
     chain, b, half = rig.chain, rig.connector_length, rig.chain.link_thickness / 2
     low, high = -chain.connector_radius, half
     figure = new_figure(4.2)
@@ -79,7 +79,7 @@ def piece_figure(rig: Rig) -> Figure:
 
 
 def _draw_piece(ax: Axes, rig: Rig, joint_angle: float) -> np.ndarray:
-    """Three links and two connectors, every joint turned by an angle (rad); returns their pins, m."""
+    """Draw three links and two connectors, every joint rotated by an angle (rad); return their pins, m."""
     pins, heading, half = [np.zeros(2)], 0.0, rig.chain.link_thickness / 2
     kinds = (
         (drawing.link_outline(rig), drawing.LINK, drawing.Z_LINK, rig.chain.link_length),
@@ -100,7 +100,7 @@ def _draw_piece(ax: Axes, rig: Rig, joint_angle: float) -> np.ndarray:
 
 @styled
 def topology_figure(rig: Rig) -> Figure:
-    """Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
+    """Draw Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
     figure = new_figure(6.0)
     single = build_chain(rig, "single_pin")
     chains = (("(a) links and connectors", build_chain(rig)), ("(b) one body per pitch", single))
@@ -114,7 +114,7 @@ def topology_figure(rig: Rig) -> Figure:
 
 
 def _draw_loop(ax: Axes, kinds: list[str]) -> None:
-    """Bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out.
+    """Draw bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out.
 
     Elements are numbered as in the paper: odd bodies, each before its output joint, of which the last is cut. They lie
     on a stadium, clockwise from the middle of its lower side.

@@ -1,4 +1,4 @@
-"""Figure 15: how far the closed loop gapes."""
+"""Figure 15: gap of the closed loop."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -18,7 +18,7 @@ STRETCHES = 180  # parts of a record; the curve shows the largest gap in each
 
 @styled
 def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
-    """Largest distance of the two ends of the loop over time, after (lines) and before (dots) the projection of a step.
+    """Draw the largest gap of the loop over time, after (lines) and before (dots) the projection of a step.
 
     A point is the largest gap of all steps in one of 180 stretches of the record: half a second of a
     record of 90 s. ``recordings`` is by motor speed (rev/min).

@@ -1,6 +1,6 @@
-"""Figures 9, 10 and 12: what the contact search returns, for a convex and a concave area and for a link.
+"""Figures 9, 10 and 12: results of the contact search, for a convex and a concave area and for a link.
 
-Depths are drawn far larger than any that occurs, so that they can be seen.
+Depths are exaggerated.
 """
 
 from math import atan2
@@ -20,13 +20,13 @@ from trackdyn.scene.build import make_tooth
 
 SHOWN_DEPTH = 0.25  # drawn depth of a connector's arc, in parts of its radius
 SHOWN_LINK_DEPTH = 0.5  # drawn depth of a link, in parts of half its thickness
-# where the perpendicular meets AB (0 at A, 1 at B) in each case that is drawn
+# position of the perpendicular on AB (0 at A, 1 at B) in each case
 LINK_CASES = {"left end contact": -0.7, "vertical contact": 0.4, "right end contact": 1.7}
 
 
 @styled
 def arc_figure(rig: Rig, area: int) -> Figure:
-    """Contact of the left arc with an area: Figure 9, a convex one; Figure 10, a concave one."""
+    """Draw the contact of the left arc with an area: Figure 9, a convex one; Figure 10, a concave one."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     convex, centre, r = bool(groove.convex[area - 1]), groove.centre[area - 1], groove.radius[area - 1]
     # the arc is a little off the middle of the sector
@@ -46,7 +46,7 @@ def arc_figure(rig: Rig, area: int) -> Figure:
     ax.add_patch(Circle(point, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=drawing.Z_CONNECTOR + 0.1))
     dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
     ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=drawing.Z_CONNECTOR + 0.2))
-    aside = 0.16 * rc * marks.directions(centre, point)[1]  # e and the radii lie on one line: these are drawn beside it
+    aside = 0.16 * rc * marks.directions(centre, point)[1]  # e and the radii are on one line: these are drawn off it
     far = aside * (-2 if convex else -3.6)  # beyond the tangent
     marks.vector(ax, centre, point, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
     marks.radius(ax, point + aside, deepest + aside, "$r_C$", 0.4 if convex else 0.5)
@@ -86,7 +86,7 @@ def arc_figure(rig: Rig, area: int) -> Figure:
 
 @styled
 def link_figure(rig: Rig) -> Figure:
-    """Figure 12: a link on the ring, touching it between its ends or with one of them."""
+    """Draw Figure 12: a link on the ring, touching it between its ends or with one of them."""
     figure = new_figure(4.2)
     *axes, words = figure.subplots(2, 2).ravel()
     for ax, letter, (case, fraction) in zip(axes, "abc", LINK_CASES.items(), strict=True):
@@ -102,7 +102,7 @@ def link_figure(rig: Rig) -> Figure:
 
 
 def _draw_link_case(ax: Axes, rig: Rig, fraction: float) -> float:
-    """A link that penetrates the ring, the perpendicular meeting its line AB at ``fraction``; returns the kernel's.
+    """Draw a link that penetrates the ring, the perpendicular meeting AB at ``fraction``; return the kernel's fraction.
 
     The ring's centre is the origin, and the link's point nearest to it is straight above it.
     """

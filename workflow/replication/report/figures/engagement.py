@@ -1,4 +1,4 @@
-"""Figures 6 and 7: a connector on its way into its groove, and where the centre of an arc in contact is.
+"""Figures 6 and 7: a connector entering its groove, and the trajectory of the centre of an arc in contact.
 
 The way is kinematic: the chain as it lies around the wheels, moved along its path. No recording is needed.
 """
@@ -30,10 +30,10 @@ LARGEST_PHASE = 0.05  # phase of the chain on the sprocket, rad
 
 
 def passage(rig: Rig, points: int = 121) -> tuple[np.ndarray, np.ndarray]:
-    """Kinematic passage of a connector through its groove.
+    """Return the kinematic passage of a connector through its groove.
 
-    The links lie on the ring, the runs are straight, and one pitch follows each groove. What this leaves
-    open, the phase of the chain on the sprocket, is such that the left arc just touches its flank once.
+    The links lie on the ring, the runs are straight, and one pitch follows each groove. The phase of the chain on the
+    sprocket is that at which the left arc just touches its flank once.
 
     Returns
     -------
@@ -64,13 +64,13 @@ def passage(rig: Rig, points: int = 121) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
-    """(2, 2) pins of a body of a length in m whose middle is at arc length ``s`` of the path."""
+    """Return the (2, 2) pins of a body of a length in m whose middle is at arc length ``s`` of the path."""
     half = root(lambda half: dist(*path.along([s - half, s + half])[0]) - chord, 0.25 * chord, chord)
     return path.along([s - half, s + half])[0]
 
 
 def seated_pins(rig: Rig) -> np.ndarray:
-    """(2, 2) pins of a connector that rests symmetrically in the groove, m."""
+    """Return the (2, 2) pins of a connector that rests symmetrically in the groove, m."""
     half = 0.5 * rig.connector_length
     height = np.interp(-half, *section.centre_trajectory(rig).T)
     return np.array([[-half, height], [half, height]])
@@ -78,7 +78,7 @@ def seated_pins(rig: Rig) -> np.ndarray:
 
 @styled
 def engagement_figure(rig: Rig) -> Figure:
-    """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
+    """Draw Figure 6: frames of sprocket and groove (a), a connector entering the groove (b)."""
     figure = new_figure(7.0)
     complete, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
     angle, path = passage(rig)
@@ -102,7 +102,7 @@ def engagement_figure(rig: Rig) -> Figure:
 
 
 def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
-    """Sprocket, frames of Eqs. 12 to 20 and a connector with its pins in the groove's frame."""
+    """Draw the sprocket, frames of Eqs. 12 to 20 and a connector with its pins in the groove's frame."""
     teeth, reach, k = rig.sprocket.teeth, rig.groove_profile.addendum, 2
     beta = (2 * k - 1) * pi / teeth - pi / 2  # Eq. 12; the groove points up
     drawing.draw_sprocket(ax, rig.changed(sprocket__x=0.0, sprocket__y=0.0), -beta, None)
@@ -127,7 +127,7 @@ def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
 
 @styled
 def sector_figure(rig: Rig) -> Figure:
-    """Figure 7: trajectory of a rolling arc's centre (a), the ten annular sectors of contact (b)."""
+    """Draw Figure 7: trajectory of a rolling arc's centre (a), the ten annular sectors of contact (b)."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     path = section.centre_trajectory(rig)
     figure = new_figure(5.9)

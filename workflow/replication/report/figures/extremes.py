@@ -1,4 +1,4 @@
-"""Extremes: how every case ended, and the curves behind the families that measure something."""
+"""Extremes: outcomes of all cases, and curves of the families that measure a quantity."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -23,7 +23,7 @@ ALL_LOST = 1e6
 
 @styled
 def solvers_figure(rows: pd.DataFrame) -> Figure:
-    """Error of the transfer product (a) and residual of the Riccati form (b) against the number of bodies."""
+    """Draw the error of the transfer product (a) and the residual of the Riccati form (b) over the number of bodies."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
@@ -56,7 +56,7 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
 
 @styled
 def stability_figure(rows: pd.DataFrame) -> Figure:
-    """Forced runs over step and one quantity per panel, beside the step limit predicted beforehand."""
+    """Draw forced runs over step and one quantity per panel, with the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
     limits = stable_steps(rows)
     figure = new_figure(2.2 * ((len(kinds) + 1) // 2))

@@ -1,4 +1,4 @@
-"""Figure 11: the flow of the contact search.
+"""Figure 11: flow chart of the contact search.
 
 The order of the areas comes from the search itself; the functions that the chart names are
 those that do the steps.
@@ -23,7 +23,7 @@ MIDDLE = 5  # where the boxes of the main way stand
 
 
 def search_order(rig: Rig, left: bool) -> list[int]:
-    """Areas in the order in which the contact search visits them, by asking it.
+    """Return areas in the order in which the contact search visits them, measured on it.
 
     Every sector is made to hold the same point, so that the search returns the first area it
     visits; with that sector emptied it returns the second one, and so on.
@@ -47,7 +47,7 @@ def search_order(rig: Rig, left: bool) -> list[int]:
 
 
 class Step(NamedTuple):
-    """A box of the flow chart."""
+    """Box of the flow chart."""
 
     text: str  # action or question
     x: float
@@ -62,7 +62,7 @@ class Step(NamedTuple):
 
 
 def contact_steps(rig: Rig) -> dict[str, Step]:
-    """Boxes of Figure 11, in the order of the program, with functions of ``trackdyn.contact`` and equation numbers."""
+    """Return boxes of Figure 11 in the order of the program, with functions of ``trackdyn.contact`` and equations."""
     left, right = (", ".join(map(str, search_order(rig, side))) for side in (True, False))
     return {
         "start": Step("next arc of a connector: left, right", 5, 13.0, "tooth_loads"),
@@ -85,7 +85,7 @@ def contact_steps(rig: Rig) -> dict[str, Step]:
     }
 
 
-# from box to box, what is written on the way, corners on the way
+# from box to box, label, corners of the line
 WAYS = (
     ("start", "reach", ""), ("reach", "groove", "yes"), ("reach", "none", "no", (10.4, 11.8)),
     ("groove", "frame", ""), ("frame", "side", ""),
@@ -101,7 +101,7 @@ WAYS = (
 
 @styled
 def flow_figure(rig: Rig) -> Figure:
-    """Figure 11: from the pins of a connector to its loads; every box names the function that does it."""
+    """Draw Figure 11: from the pins of a connector to its loads; every box names its function."""
     figure = new_figure(8.4)
     ax = figure.subplots()
     steps = contact_steps(rig)

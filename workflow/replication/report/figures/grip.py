@@ -1,4 +1,4 @@
-"""What the tangential force of the ring decides: the window of radii, and shares of tracks by two laws of friction."""
+"""Effect of the ring's tangential force: the window of radii, and shares of tracks by two laws of friction."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -26,9 +26,9 @@ VERDICTS = {"conclusion_3": "no right arc from 0.305 m on", "plateau": "left arc
 
 @styled
 def grip_figure(table: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> Figure:
-    """Draw the window of ring radii over the mobilised friction, and beside it the shares of tracks over either law.
+    """Draw the window of ring radii over the mobilised friction, and the shares of tracks over the value of either law.
 
-    ``table`` has the rows of the study that ran, ``ranges`` the assumed ends of what each law is varied by.
+    ``table`` has the rows of the study that ran, ``ranges`` the assumed range of the parameter of each law.
     """
     figure = new_figure(4.2, PAGE)
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))

@@ -26,11 +26,11 @@ TRAJECTORY = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.8}
 ROLLING = {"color": "0.3", "linestyle": (0, (5, 2)), "linewidth": 0.8}
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
 POINTS = 60  # on an arc
-NARROW = 0.01  # areas and sectors narrower than this are numbered beside, m
+NARROW = 0.01  # areas and sectors narrower than this have their number next to them, m
 
 
 def centre_trajectory(rig: Rig) -> np.ndarray:
-    """(10 POINTS, 2) places of the centre of a connector's arc that rolls over the groove, left to right, m.
+    """Return (10 POINTS, 2) positions of the centre of a connector's arc that rolls over the groove, left to right, m.
 
     It is the profile at the distance of the arc's radius: the same ten arcs with a radius larger by
     it where the area is convex, smaller by it where it is concave.
@@ -40,13 +40,13 @@ def centre_trajectory(rig: Rig) -> np.ndarray:
 
 
 def sector_radii(rig: Rig, area: int) -> tuple[float, float]:
-    """Inner and outer radius of the annular sector of an area (Eq. 21), m."""
+    """Return inner and outer radius of the annular sector of an area (Eq. 21), m."""
     rc, r = rig.chain.connector_radius, float(rig.groove_profile.radius[area - 1])
     return (r, r + rc) if rig.groove_profile.convex[area - 1] else (r - rc, r)
 
 
 def sector_patch(rig: Rig, area: int) -> Wedge:
-    """Annular sector of an area, in the look of its kind."""
+    """Draw the annular sector of an area in the style of its kind."""
     groove = rig.groove_profile
     inner, outer = sector_radii(rig, area)
     middle = atan2(*groove.direction[area - 1][::-1])
@@ -57,7 +57,7 @@ def sector_patch(rig: Rig, area: int) -> Wedge:
 
 
 def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> None:
-    """Steel of a groove and its neighbours, ``depth`` (m) of it below the bottom; arcs in the look of their kind."""
+    """Draw the steel of a groove and its neighbours, ``depth`` (m) below the bottom; arcs styled by their kind."""
     groove = rig.groove_profile
     profile = groove.profile(POINTS)
     floor = profile[:, 1].min() - depth
@@ -79,13 +79,13 @@ def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> No
 
 
 def kinds() -> list[Line2D]:
-    """Handles of a legend: convex and concave areas."""
+    """Return handles of a legend: convex and concave areas."""
     return [marks.handle("convex area", **CONVEX_ARC), marks.handle("concave area", **CONCAVE_ARC)]
 
 
 @styled
 def section_figure(rig: Rig) -> Figure:
-    """Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
+    """Draw Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
     figure = new_figure(6.0)
     connector, section = figure.subplots(2, 1, height_ratios=(0.62, 1.0))
     _draw_connector_section(connector, rig)
@@ -150,7 +150,7 @@ def _draw_connector_section(ax: Axes, rig: Rig) -> None:
 
 @styled
 def detection_figure(rig: Rig) -> Figure:
-    """Figure 8: is the centre C of an arc in annular sector j? A convex area (a) and a concave one (b)."""
+    """Draw Figure 8: test of an arc's centre C against annular sector j, for a convex (a) and a concave area (b)."""
     groove = rig.groove_profile
     figure = new_figure(3.3)
     for ax, letter, area in zip(figure.subplots(1, 2), "ab", (1, 2), strict=True):

@@ -27,7 +27,7 @@ LOOKS = {
 }
 NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True)) | {"ring": "link ahead on the ring"}
 BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
-# printed event: the measured one; maxima have the reading by which claims are judged
+# printed event: the measured one; maxima are defined as in claims
 MEASURED = {
     "first contact of the right arc": "first right", "first contact of the left arc": "first left",
     "right contact gone": "right gone", "out of engagement": "out", "ring first touched": "ring touched",
@@ -43,7 +43,7 @@ BEYOND = 1.25  # times the highest point of the curves: larger single steps are 
 
 @dataclass(frozen=True)
 class Selected:
-    """A passage of a connector over the sprocket."""
+    """Passage of a connector over the sprocket."""
 
     connector: int  # 1-based
     groove: int  # its groove, 1 to m
@@ -58,7 +58,7 @@ class Selected:
 
 
 def select_passage(recording: Recording) -> Selected:
-    """The complete passage nearest to the middle of the record whose contacts are all recorded.
+    """Select the complete passage nearest to the middle of the record whose contacts are all recorded.
 
     Raises `InputError`: the record holds no such passage.
     """
@@ -88,7 +88,7 @@ def select_passage(recording: Recording) -> Selected:
 
 
 def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
-    """Printed events after the first printed contact, s; stretched if the sprocket turns at another speed."""
+    """Return printed times of events after the first printed contact, s, scaled to the speed of the sprocket."""
     times = printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING
     first = min(time for event, time in times.items() if "first" in event)
     scale = turn_s * 115 / (60 * printed.TRANSMISSION_RATIO)
@@ -96,7 +96,7 @@ def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
 
 
 def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
-    """The events of the paper beside those of the run, in its order: what decides C16 and C17.
+    """Return the printed and the measured times of the paper's events, in its order; C16 and C17 are judged by them.
 
     ``printed, here, step`` are s since the first contact, medians over all passages. A maximum is that of the mean over
     0.01 s, and of the largest single step in ``step``. NaN: none.
@@ -113,9 +113,9 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
 
 @styled
 def passage_figure(recording: Recording) -> Figure:
-    """Forces (a) and areas (b) of one connector over one passage, and its events: Figure 19, with a ring Figure 21.
+    """Draw forces (a), areas (b) and events (c) of a connector over a passage: Figure 19, with a ring Figure 21.
 
-    Events stand beside the printed ones, all counted from the first contact (c). Single marks in (a) are the largest
+    Measured and printed events (c) are counted from the first contact. Single marks in (a) are the largest
     force of all time steps; one far above the curves is an arrow at the upper edge with its value.
     """
     shown = select_passage(recording)
@@ -147,8 +147,8 @@ def passage_figure(recording: Recording) -> Figure:
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
     times.set_xlim(low, high)
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
-    what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene.ring_radius)}"
-    figure.suptitle(f"{what}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn_s:.3f} s", x=0.01, ha="left")
+    title = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene.ring_radius)}"
+    figure.suptitle(f"{title}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn_s:.3f} s", x=0.01, ha="left")
     for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, EVENTS)):
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
@@ -164,7 +164,7 @@ def passage_figure(recording: Recording) -> Figure:
 
 
 def _point_at(ax: Axes, name: str, time: float, force: float, look: dict, line: int) -> None:
-    """An arrow at the upper edge at a single time step that is far above the curves, with its value."""
+    """Draw an arrow at the upper edge for a single time step that is far above the curves, with its value."""
     arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
     edge = ("data", "axes fraction")
     ax.annotate("", (time, 1.0), (time, 0.84), xycoords=edge, textcoords=edge, arrowprops=arrow, zorder=5)
@@ -174,7 +174,7 @@ def _point_at(ax: Axes, name: str, time: float, force: float, look: dict, line: 
 
 
 def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:
-    """A row an event: printed and measured time on one line, and in numbers where there is room."""
+    """Draw a row per event: printed and measured time on one line, with numbers where there is room."""
     for y, (_, row) in enumerate(times.iterrows()):
         known = row.dropna()
         ax.plot([known.min(), known.max()], [y, y], color="0.6", linestyle="-", linewidth=1.0)

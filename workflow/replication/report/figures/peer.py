@@ -24,10 +24,10 @@ PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
 
 @styled
 def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
-    """The loop of the independent code (a) and its tooth profile (b).
+    """Draw the loop of the independent code (a) and its tooth profile (b).
 
-    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours where it did not run, with the
-    shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
+    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours if it did not run, with the shift
+    of the tensioning wheel (m). ``missing`` is the reason in that case, which the title states.
     """
     figure = new_figure(5.6)
     complete, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
@@ -57,9 +57,10 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
 
 @styled
 def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
-    """Vertical displacement of the selected link in both codes, and their difference.
+    """Draw the vertical displacement of the selected link in both codes, and their difference.
 
-    Tables are those of `replication.peers.comparison.compare_codes`; ``missing`` says why the other code was not run.
+    Tables are those of `replication.peers.comparison.compare_codes`; ``missing`` is the reason if the other code did
+    not run.
     """
     readings = list(summary["reading"])
     figure = new_figure(2.6 * len(readings) + 0.7)

@@ -1,4 +1,4 @@
-"""Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
+"""Figures 17 and 18: time histories and spectra of every speed, with those of the sensor."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -15,7 +15,7 @@ from trackdyn.simulation.recording import Recording, load_recording
 
 
 def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
-    """Dominant peak of a run with the rounded speed of the sprocket: label, frequency (Hz), amplitude (g), marker."""
+    """Return the dominant peak of a run: label with the sprocket's speed, frequency (Hz), amplitude (g), marker."""
     sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
     line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
     return f"at {sprocket_rpm:.4g} rev/min", *line, "^"

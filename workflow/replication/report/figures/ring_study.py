@@ -1,4 +1,4 @@
-"""Figures 23 and 24 of the replication, with what the paper prints of them; the durations with a ring that grips."""
+"""Figures 23 and 24 of the replication with printed values, and contact durations with a ring that grips."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -18,7 +18,7 @@ STEADY = printed.STEADY_LEFT_SHARE, printed.RADIUS_OF_STEADY_LEFT_SHARE
 
 @styled
 def creep_figure(study: pd.DataFrame, grips: pd.DataFrame) -> Figure:
-    """Contact durations of the arcs over the radius: the ring of the default rig beside one of rubber, which grips.
+    """Draw contact durations of the arcs over the radius, for the default rig's ring and one of rubber, which grips.
 
     ``study`` and ``grips`` have rows of ``metrics.csv`` for every radius at every speed.
     """

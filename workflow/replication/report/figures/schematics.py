@@ -1,4 +1,4 @@
-"""Figures 1 to 12 and 16: the geometry and the structure that the simulator uses, drawn from a rig."""
+"""Figures 1 to 12 and 16: geometry and structure of the simulator, drawn from a rig."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 

@@ -50,7 +50,7 @@ class Moment(NamedTuple):
 
 
 def moments(recording: Recording, selected: Selected) -> list[Moment]:
-    """The events of a passage that happen, in the order of the paper.
+    """Return the events of a passage that occur, in the order of the paper.
 
     A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
@@ -86,7 +86,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
 
 @styled
 def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
-    """Six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
+    """Draw six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
 
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
     normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
@@ -129,7 +129,7 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, selected: Selected, mo
     connector, link = 2 * selected.connector - 1, 2 * selected.connector % (2 * rig.chain.pitches)
     bodies = [connector] if ring is None else [connector, link]
     middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
-    # the small picture stands in the corner away from the sprocket and from the arrows
+    # the small picture is in the corner away from the sprocket and from the arrows
     up = middle[1] > rig.sprocket.y
     right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
     inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
@@ -157,7 +157,7 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, selected: Selected, mo
 
 
 def contacts_at(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
-    """Side, force (N), point (m) and normal of each contact of a connector with the teeth and of a link with the ring.
+    """Yield side, force (N), point (m) and normal of contacts of a connector with the teeth, of a link with the ring.
 
     ``chain`` is of :func:`chain_points`, bodies count from 0; forces, areas and grooves are those of left and right
     arc, and the ring's force is the third.
@@ -171,7 +171,7 @@ def contacts_at(rig: Rig, chain: tuple, connector: int, link: int | None, force,
 
 
 def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
-    """Point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on the arc."""
+    """Return the point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on it."""
     shape = rig.groove_profile
     centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
     outward = marks.directions(centre, pin)[0]
@@ -179,7 +179,7 @@ def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) 
 
 
 def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Point of a link nearest to the sprocket's centre, and the direction from there to it; its input pin and angle."""
+    """Return the closest point of a link to the sprocket's centre (m), and the direction from the centre to it."""
     centre = drawing.sprocket_centre(rig)
     along = float((centre - pin) @ marks.polar(angle))
     foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
@@ -188,7 +188,7 @@ def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:
-    """Arrow of a normal force from its point of contact, which the side's mark shows."""
+    """Draw the arrow of a normal force from its point of contact, which has the mark of the side."""
     colour, effects = LOOKS[side]["color"], [withStroke(linewidth=halo, foreground="white")]
     look = {"color": colour, "linewidth": linewidth, "mutation_scale": head, "zorder": drawing.Z_MARK + 1}
     marks.arrow(ax, point, end, **look, path_effects=effects)

@@ -1,4 +1,4 @@
-"""Figures 1, 4 and 16: the system and its model, the surfaces that touch, the test set-up."""
+"""Figures 1, 4 and 16: the system and its model, contact surfaces, the test set-up."""
 
 from math import pi
 
@@ -29,7 +29,7 @@ ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
 
 @styled
 def system_figure(rig: Rig) -> Figure:
-    """Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
+    """Draw Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
     frame, shift = drawing.laid_frame(rig)
     figure = new_figure(6.9)
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
@@ -58,12 +58,12 @@ def system_figure(rig: Rig) -> Figure:
 
 
 def _side(rig: Rig) -> int:
-    """1 where the sprocket stands to the right of the wheels, else -1."""
+    """Return 1 if the sprocket is to the right of the wheels, else -1."""
     return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.wheels.values()]) else -1
 
 
 def _above(rig: Rig, pins, first: int, fraction: float) -> int:
-    """The link (``first`` 0) or connector (1) of the upper strand at a fraction of the way to the next wheel."""
+    """Return the link (``first`` 0) or connector (1) of the upper strand at a fraction of the way to the next wheel."""
     middles = 0.5 * (pins[:-1] + pins[1:])
     nearest = min((wheel.x for wheel in rig.wheels.values()), key=lambda x: abs(x - rig.sprocket.x))
     away = np.abs(middles[:, 0] - rig.sprocket.x - fraction * (nearest - rig.sprocket.x))
@@ -72,7 +72,7 @@ def _above(rig: Rig, pins, first: int, fraction: float) -> int:
 
 
 def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
-    """Ground, and the posts that hold the wheels' bearings."""
+    """Draw the ground, and the posts that hold the wheels' bearings."""
     pins = drawing.chain_points(rig, frame)[0]
     low = pins[:, 1].min() - GROUND
     for x, y, _ in wheel_circles(rig, shift):
@@ -85,7 +85,7 @@ def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
 
 
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
-    """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
+    """Return body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
 
     ``frame`` is a row of ``Recording.frame``, with the tensioning wheel ``shift`` (m) along its line. A wheel that no
     link touches before the loop has settled has the nearest one.
@@ -141,7 +141,7 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
 
 
 def _spring(centre, end, start: float) -> np.ndarray:
-    """Zigzag from the distance ``start`` (m) of a centre to a point."""
+    """Draw a zigzag from the distance ``start`` (m) of a centre to a point."""
     along, left = marks.directions(centre, end)
     sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
     reach = np.linspace(start, np.hypot(*(end - centre)), 12)
@@ -150,7 +150,7 @@ def _spring(centre, end, start: float) -> np.ndarray:
 
 @styled
 def locations_figure(rig: Rig) -> Figure:
-    """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), and the next two wheels (c, d)."""
+    """Draw Figure 4, contact surfaces: connector and groove (a), link and ring (b), and the next two wheels (c, d)."""
     frame, shift = drawing.laid_frame(rig)
     figure = new_figure(3.6)
     axes = figure.subplots(2, 2).ravel()
@@ -169,7 +169,7 @@ def locations_figure(rig: Rig) -> Figure:
 
 
 def _draw_seat(ax: Axes, rig: Rig) -> None:
-    """A connector at rest in its groove, both arcs and the ten areas emphasized."""
+    """Draw a connector at rest in its groove, both arcs and the ten areas emphasized."""
     home = rig.changed(sprocket__x=0.0, sprocket__y=0.0)
     beta = pi / rig.sprocket.teeth - pi / 2  # angle of groove 1 (Eq. 12), which points up
     drawing.draw_sprocket(ax, home, -beta, None)
@@ -187,7 +187,7 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
 
 
 def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
-    """A link in the middle of those on a wheel, turned so that it lies on top."""
+    """Draw a link in the middle of those on a wheel, rotated so that it lies on top."""
     on_it = [(body, q) for body, on, q in touching_links(rig, frame, shift) if on == wheel]
     body, q = on_it[len(on_it) // 2]
     x, y, r = wheel_circles(rig, shift, surface=True)[wheel]
@@ -203,7 +203,7 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
         for size, face, edge in ((r, drawing.RUBBER, BLACK), (0.9 * r, drawing.STEEL, drawing.STEEL_EDGE)):
             ax.add_patch(Circle(centre, size, facecolor=face, edgecolor=edge, zorder=drawing.Z_RING))
     drawing.draw_chain(ax, rig, view, opacity=0.85)
-    for bodies in ax.collections:  # connectors stand beside ring and tyres: here behind them
+    for bodies in ax.collections:  # connectors are next to ring and tyres: drawn behind them
         if bodies.get_zorder() == drawing.Z_CONNECTOR:
             bodies.set_zorder(drawing.Z_RING - 0.5)
     pins, angles, _ = drawing.chain_points(rig, view)
@@ -226,7 +226,7 @@ def _close_view(ax: Axes, middle) -> None:
 
 @styled
 def setup_figure(rig: Rig) -> Figure:
-    """Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
+    """Draw Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
     frame, shift = drawing.laid_frame(rig)
     side, pins = _side(rig), drawing.chain_points(rig, frame)[0]
     body = _above(rig, pins, 0, 0.5)  # where the selected link may be seen
@@ -247,7 +247,7 @@ def setup_figure(rig: Rig) -> Figure:
     text += f"{rig.rate} Hz, \N{PLUS-MINUS SIGN}{rig.first_sensor.range:g} g"
     marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
     half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
-    x = ends[side > 0] + 0.36 * side  # place of the boxes, beside the sprocket
+    x = ends[side > 0] + 0.36 * side  # position of the boxes, next to the sprocket
     motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
     for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}

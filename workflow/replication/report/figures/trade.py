@@ -1,4 +1,4 @@
-"""Accuracy against cost: what an answer costs, and whether the planner keeps what it promises."""
+"""Accuracy against cost (work-precision), and the planner's promises."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -22,22 +22,22 @@ from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save
 from trackdyn.scene.choices import PRESETS
 
 MARKS = {"spatial": "s", "single_pin": "^", "belt": "v"}  # marks of the coarser physics that are drawn
-PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the article prints no step
+PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the paper prints no step
 STARTING = 1.0  # s, the ramp of the scenes
-# offsets of a name from its point, in points: beside it, then further and further off
+# offsets of a name from its point, in points, the closest first
 PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
-PLANNED = {"rms": "an RMS", "left_peak": "a mean peak force of the left arc"}  # measures of answers in words
+PLANNED = {"rms": "an RMS", "left_peak": "a mean peak force of the left arc"}  # names of measures
 LEAST_ERROR = 1e-6  # smaller errors are drawn there
 
 
 def answers(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the study with what the whole answer took, ``cpu_s``: settling, starting, lead-in and record."""
+    """Return rows of the study with the cost of the whole answer, ``cpu_s``: settling, start-up, lead-in and record."""
     run = rows["cpu_s_per_s"] * (STARTING + LEAD_IN + rows["record_s"])
     return rows[~rows["failed"].astype(bool)].assign(cpu_s=rows["start_cpu_s"] + run)
 
 
 def trade_sentence(promises: pd.DataFrame) -> str:
-    """CPU seconds of answers to the least tolerance, with the planner's trial, over the scenes kept apart."""
+    """Return a sentence on CPU seconds of answers to the least tolerance, with the planner's trial."""
     judged, parts = promises[promises["achieved_error"].notna()], []
     for measure, words in PLANNED.items():
         rows = judged[judged["measure"] == measure]
@@ -53,7 +53,7 @@ def trade_sentence(promises: pd.DataFrame) -> str:
 
 
 def same_answer(rows: pd.DataFrame) -> str:
-    """Sentence on the tolerances of a measure for which the planner picks one step: those from one on; else empty."""
+    """Return a sentence on the largest tolerances if the planner picks one step for them; else an empty string."""
     if len(rows) < 2:
         return ""
     rows = rows.sort_values("tolerance", ascending=False)
@@ -69,10 +69,9 @@ def same_answer(rows: pd.DataFrame) -> str:
 
 @styled
 def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
-    """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
+    """Draw the error of the RMS over the CPU time of the answer in a scene with a ring, every point with its name.
 
-    Below stand the planner's ``promises`` (`accuracy.promises`) of `PLANNED` with their trials, of the scenes kept
-    apart.
+    Below are the planner's ``promises`` (`accuracy.promises`) of `PLANNED` with their trials.
     """
     data, pictured = answers(rows), scene_name(*PICTURED)
     pictured_rows = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
@@ -111,7 +110,7 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
 
 
 def _draw_planned(axis: Axes, promises: pd.DataFrame) -> None:
-    """What the planner takes for each tolerance, its trial included, and the step that it picks."""
+    """Draw the planner's cost for each tolerance, its trial included, and the step that it picks."""
     tolerances = sorted(promises["tolerance"].unique())
     for (measure, words), mark, colour in zip(PLANNED.items(), "PD", (PURPLE, GREEN), strict=True):
         rows = promises[promises["measure"] == measure]
