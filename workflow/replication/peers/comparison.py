@@ -1,4 +1,4 @@
-"""Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
+"""Figure 14 and Table 2: the selected link in both codes, and their costs at equal accuracy."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -23,18 +23,18 @@ from trackdyn.simulation.simulate import simulate
 
 
 def percent_of_range(difference, reference) -> float:
-    """Largest difference in percent of the range of the reference."""
+    """Return the largest difference in percent of the range of the reference."""
     reference = np.asarray(reference)
     return float(100 * np.abs(difference).max() / (reference.max() - reference.min()))
 
 
 def first_sample(scene: Scene) -> int:
-    """Number of the sample of the other code that is the recording's first."""
+    """Return the index of the other code's sample that is the recording's first."""
     return round(scene.ramp * scene.rig.rate) + 1
 
 
 def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
-    """The other code from the same settled start, and the vertical displacement at the recording's samples, m.
+    """Run the other code from the same settled start; return it with the vertical displacement at the samples, m.
 
     ``watch`` as in `exudyn_loop.run_exudyn_loop`.
     """
@@ -54,21 +54,21 @@ def compare_codes(
     exudyn_steps_s: Sequence[float],
     accuracy_pct: float,
 ) -> tuple[dict[str, pd.DataFrame], dict]:
-    """Run both codes; without Exudyn, or where it has no such loop, ours alone.
+    """Run both codes; without Exudyn, or if it has no such loop, only ours.
 
-    Table 2 is made with the first reading, which is recorded for ``duration_s`` after the ramp; another one takes a
-    turn of the loop. The smallest step of a code is its reference; one is good enough whose error is below
-    ``accuracy_pct`` of the range.
+    ``readings`` are interpretations of the printed speed. Table 2 is made with the first one, recorded for
+    ``duration_s`` after the ramp; another one takes a turn of the loop. The smallest step of a code is its reference;
+    the largest step whose error is below ``accuracy_pct`` of the range is chosen.
 
     Returns
     -------
     tables : dict
         ``curves``: vertical displacement of the selected link (m) over the time since the start of the sprocket (s), by
-        reading and code; that of a belt, which knows no forces, says how much the comparison can tell. ``costs``: rows
+        reading and code; that of a belt, without forces, shows the sensitivity of the comparison. ``costs``: rows
         of Table 2. ``summary``: a row per reading, the largest differences in percent of the range.
     model : dict
         For Figure 13: a configuration ``frame`` (``Recording.frame``), of the other code where it ran; the ``shift`` of
-        the tensioning wheel, m; ``missing``, why the other code was not run, or nothing.
+        the tensioning wheel, m; ``missing``, the reason if the other code was not run, else empty.
     """
     missing = ""
     first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
@@ -122,7 +122,7 @@ def compare_codes(
 
 
 def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], float]:
-    """Rows of Table 2 of a code from ``{step: (displacement, wall, cpu)}``, and the step that is good enough."""
+    """Return rows of Table 2 of a code from ``{step: (displacement, wall, cpu)}``, and the chosen step."""
     finest = min(runs)
     reference = runs[finest][0]
     rows = []

@@ -1,9 +1,9 @@
-"""The contact laws once more, for the independent code: written from the equations, not from ``trackdyn.contact``.
+"""Contact laws for the independent code, written from the equations, not from ``trackdyn.contact``.
 
-What differs by design from the simulator's own kernels: the groove is folded about its middle and the
-deepest of the mirrored areas is taken (the paper searches ten annular sectors in order), links are
-tested in their own frame, loads are gathered a body, and the derivatives that an implicit solver wants
-stand beside them. Everything is in one file, so that numba's cache sees every edit.
+They differ by design from the simulator's kernels: the groove is folded about its middle and the deepest of the
+mirrored areas is taken (the paper searches ten annular sectors in order), links are tested in their own frame, loads
+are summed per body, and derivatives for an implicit solver are computed. Everything is in one file, so that numba's
+cache sees every edit.
 """
 
 from math import atan2, cos, floor, hypot, pi, sin, sqrt, tanh
@@ -45,7 +45,7 @@ class Memory(NamedTuple):
 
 
 def make_contacts(scene: Scene, shift: float) -> Contacts:
-    """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m)."""
+    """Return the constants for a scene whose tensioning wheel is shifted by ``shift`` (m)."""
     rig, groove = scene.rig, scene.rig.groove_profile
     flank = slice(len(groove.radius) // 2)
     circle = wheel_circles(rig, shift, surface=True)
@@ -73,7 +73,7 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
 
 @kernel
 def _forces(law, depth, speed, slip, memory, radius):
-    """Normal (Eq. 8) and friction force (Eq. 10) of one contact, N."""
+    """Return the normal (Eq. 8) and the friction force (Eq. 10) of a contact, N."""
     impact = memory if memory > 0.0 else max(abs(speed), law[5])
     bracket = min(max(1.0 + law[1] * speed / impact, 0.0), law[6])
     normal = law[0] * depth * sqrt(depth / (depth + radius)) * bracket
@@ -100,7 +100,7 @@ def _add(i, wheel, px, py, nx, ny, law, depth, speed, memory, radius, q, v, circ
 
 @kernel
 def _groove_contact(c: Contacts, x, y, sprocket_angle):
-    """Deepest contact of an arc centred at (x, y) from the sprocket's centre: depth, n and R of Eq. 8."""
+    """Return depth, n and R of Eq. 8 of the deepest contact of an arc centred at (x, y) from the sprocket's centre."""
     sector = 2.0 * pi / c.teeth
     position = (atan2(y, x) - sprocket_angle) / sector
     middle = sprocket_angle + (floor(position) + 0.5) * sector
@@ -124,7 +124,7 @@ def _groove_contact(c: Contacts, x, y, sprocket_angle):
 
 @kernel
 def peer_contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
-    """Loads of all contacts.
+    """Compute the loads of all contacts.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, t
 
 @kernel
 def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, loads, torques, triplets):
-    """Nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
+    """Write the nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
 
     A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies are
     nudged at once: six evaluations, and one per wheel, for the whole matrix. ``loads`` (2, n, 3) and ``torques``

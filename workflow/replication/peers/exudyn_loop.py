@@ -25,11 +25,11 @@ from trackdyn.scene.scene import Scene
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-10
-SPECTRAL_RADIUS = 0.9  # parameter of the generalized-alpha method: below 1 it damps what the step does not resolve
+SPECTRAL_RADIUS = 0.9  # parameter of the generalized-alpha method: below 1 it damps unresolved frequencies
 
 
 def require_exudyn():
-    """The module ``exudyn``."""
+    """Import and return the module ``exudyn``."""
     sys.exudynFast = True  # its build without range checks, where there is one
     return required("exudyn")
 
@@ -47,7 +47,7 @@ class PeerRun:
 
 
 def free_wheels(scene: Scene, model: Model) -> np.ndarray:
-    """Inertia (kg m2) and bearing drag (N m s/rad) of the wheels beside the sprocket, (w - 1, 2).
+    """Return inertia (kg m2) and bearing drag (N m s/rad) of the wheels other than the sprocket, (w - 1, 2).
 
     Raises `InputError`: this code has no such loop.
     """
@@ -62,13 +62,13 @@ def free_wheels(scene: Scene, model: Model) -> np.ndarray:
 
 
 def drive_at(drive: Drive, t: float) -> tuple[float, float]:
-    """Angle turned (rad) and angular velocity (rad/s) of the sprocket at time ``t``: a cubic ramp, then constant."""
+    """Return rotation (rad) and angular velocity (rad/s) of the sprocket at time ``t``: a cubic ramp, then constant."""
     x = min(t / drive.ramp, 1.0)
     return drive.rate * (drive.ramp * x**3 * (1 - x / 2) + max(t - drive.ramp, 0.0)), drive.rate * x * x * (3 - 2 * x)
 
 
 def coordinates(chain: Chain, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) coordinates (mass centre, m, and angle, rad) of the bodies in a state, and their (n, 3) rates."""
+    """Return (n, 3) coordinates (mass centre, m, and angle, rad) of the bodies in a state, and their (n, 3) rates."""
     c, s, w = np.cos(state.angle), np.sin(state.angle), state.rate[:, None]
     step = chain.length[:, None] * np.column_stack([c, s])
     x, y = chain.com_x, chain.com_y
@@ -114,7 +114,7 @@ def run_exudyn_loop(
         if watch is not None:
             watch(t, q, v, memory)
         if recorded < len(positions) and t > recorded * sample - 1e-9:
-            # where Newton's iteration fails Exudyn takes a shorter step, and later ones end beside the samples
+            # where Newton's iteration fails Exudyn takes a shorter step, and later ones do not end at the samples
             beyond = t - recorded * sample
             moved = q - beyond * v if beyond > 1e-9 else q
             positions[recorded] = moved[: start[0].size].reshape(start[0].shape)
@@ -135,7 +135,7 @@ def run_exudyn_loop(
 
 
 def _add_bodies(mbs, chain: Chain, q: np.ndarray, v: np.ndarray, wheels: np.ndarray) -> list:
-    """Add the chain at (n, 3) coordinates with their rates, joints and bushings, and free wheels; returns the nodes."""
+    """Add the chain at (n, 3) coordinates with their rates, joints and bushings, and free wheels; return the nodes."""
     import exudyn.itemInterface as items
 
     nodes, bodies, angles = [], [], []
@@ -171,7 +171,7 @@ def _add_bodies(mbs, chain: Chain, q: np.ndarray, v: np.ndarray, wheels: np.ndar
 
 
 def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
-    """Run the solver; returns wall and CPU seconds. Raises `DivergenceError`: it does not reach the end."""
+    """Run the solver; return wall and CPU seconds. Raises `DivergenceError`: it does not reach the end."""
     settings = exu.SimulationSettings()
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     settings.parallel.numberOfThreads = 1

@@ -1,4 +1,4 @@
-"""The studies, and the settings of the long ones: ``config/studies.yaml``.
+"""Names of the studies, and settings of the long ones: ``config/studies.yaml``.
 
 A study has the name of its rule, and ``<name>.csv`` is a file of the results that only a run of it makes.
 """
@@ -25,8 +25,8 @@ SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
 CHUNK = 50  # short runs of a process, each drawn from its number
-# Laws that the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling
-# resistance would need the contacts' forces there, and rubber a state a joint.
+# Laws that the other codes' own elements have: a damper parallel to a spring in a joint, and one on an axle. Rolling
+# resistance would need the contacts' forces there, and rubber a state per joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
 PICTURED = (115.0, 0.308)  # scene of the picture of accuracy against cost
 # steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
@@ -36,16 +36,16 @@ Allowed = Annotated[list[Pair], Field(min_length=1)]
 
 
 def longest_step(steps: Allowed | None, value: float | None) -> float | None:
-    """The step (s) allowed up to a value; the first one for None, which is no ring. None: no step is stated."""
+    """Return the step (s) allowed up to a value, the first one for None (no ring); None if no step is stated."""
     if steps is None:
         return None
     return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
 
 
 def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
-    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp.
+    """Return the scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp.
 
-    Wheels of the other codes stand still: the tensioner is locked.
+    Wheels of the other codes do not move: the tensioner is locked.
     """
     motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
     about = {"duration": duration, "lead_in": 0.0, "ramp": 1.0, "step": step, "frame_interval": duration}
@@ -53,7 +53,7 @@ def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: 
 
 
 class StatisticErrors(Section):
-    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
+    """Settings for errors of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
     A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
     The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against.
@@ -74,7 +74,7 @@ class StatisticErrors(Section):
 
 
 class TradeStudy(Section):
-    """The study of accuracy against cost.
+    """Settings of the study of accuracy against cost.
 
     The planner is judged on scenes ``kept_apart``, with tolerances ``promised``,
     against limits over the steps ``limit_steps_s`` of semi_implicit.
@@ -94,7 +94,7 @@ class TradeStudy(Section):
 
 
 class ExtremesStudy(Section):
-    """The extremes: how much of every family runs."""
+    """Settings of the extremes: sizes of every family."""
 
     long_run_s: Positive
     long_run_turns: Count
@@ -105,7 +105,7 @@ class ExtremesStudy(Section):
 
 
 class Studies(Section):
-    """Everything in ``config/studies.yaml``."""
+    """Contents of ``config/studies.yaml``."""
 
     trade: TradeStudy
     extremes: ExtremesStudy
@@ -122,18 +122,18 @@ StudiesFile = Annotated[
 
 
 def scene_name(rpm: float, ring: float | None) -> str:
-    """``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
+    """Return ``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
     return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
 
 
 def measured_scenes(study: TradeStudy) -> dict[str, StatisticErrors]:
-    """Settings of each scene that is measured, by its name."""
+    """Return settings of each measured scene by its name."""
     scenes = study.statistics.scenes
     return {_file_name(key): study.statistics.model_copy(update={"scenes": [key]}) for key in scenes}
 
 
 def promised_scenes(study: TradeStudy) -> dict[str, SceneKey]:
-    """Scenes kept apart, on which the planner is judged, by their names."""
+    """Return the scenes on which the planner is judged, by their names."""
     return {_file_name(key): key for key in study.kept_apart}
 
 
@@ -142,11 +142,11 @@ def _file_name(key: tuple[float, float | None]) -> str:
 
 
 def parts_of(study: ExtremesStudy) -> list[str]:
-    """Names of the parts of a study, in the order of their families."""
+    """Return names of the parts of a study, in the order of their families."""
     return [LONG_RUN, "chain", "steps", *(f"short_runs_{k}" for k in range(len(short_run_chunks(study))))]
 
 
 def short_run_chunks(study: ExtremesStudy) -> list[range]:
-    """Numbers of the short runs, chunk by chunk."""
+    """Return numbers of the short runs by chunk."""
     chunks = ceil(study.short_runs / CHUNK)
     return [range(k, study.short_runs, chunks) for k in range(chunks)]

@@ -1,4 +1,4 @@
-"""A run whose cost is measured: wall and CPU seconds of a simulated one, without settling."""
+"""Cost of a run: wall and CPU seconds per simulated second, without settling."""
 
 from time import perf_counter, process_time
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from trackdyn.simulation.recording import Recording
 
 
 class TimedRun(NamedTuple):
-    """A recording, CPU seconds to settle its loop, and wall and CPU seconds of a simulated one."""
+    """Recording, CPU seconds to settle its loop, and wall and CPU seconds per simulated second."""
 
     recording: Recording
     start_cpu_s: float
@@ -18,7 +18,7 @@ class TimedRun(NamedTuple):
 
 
 def timed_run(scene: Scene) -> TimedRun:
-    """Settle, start and record a scene; kernels are compiled beforehand, or count."""
+    """Settle, start and record a scene; compile kernels beforehand, or their compilation counts."""
     begin = process_time()
     loop = Loop(scene)
     wall, cpu = perf_counter(), process_time()

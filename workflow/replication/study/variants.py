@@ -1,4 +1,4 @@
-"""The variants of a scene, each with one thing different: one table, of which every study of effects takes its rows."""
+"""Variants of a scene, each with one difference, for all studies of effects."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -10,7 +10,7 @@ REFERENCE = "paper"  # preset of the scene that variants are compared with
 
 
 class Variant(NamedTuple):
-    """Fields of the scene and of the rig that are different."""
+    """Fields of the scene and of the rig that differ."""
 
     name: str
     scene: Mapping[str, Any] = MappingProxyType({})

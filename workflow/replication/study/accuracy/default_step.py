@@ -1,4 +1,4 @@
-"""How far every included rig is off its limits at the step that a scene takes by default, with several rings."""
+"""Errors of every included rig at the default step of a scene, against limits, with several rings."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -29,21 +29,21 @@ from trackdyn.simulation.simulate import simulate
 COLUMNS = ["rig", "ring_radius_m", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]
 RING, NONE = "with a ring", "without a ring"
 SPEEDS = {RING: (150.0, 190.0), NONE: (150.0, 180.0, 210.0)}  # motor, rev/min
-RADII = 3  # of a rig, from the least ring of a study to the largest, beside its own
+RADII = 3  # of a rig, from the least ring of a study to the largest, besides its own
 KNOWN = 0.5
 TURNS = 2.5  # turns of the sprocket in a record of all links: some whole passages
 FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
-# measures of all links (`measure.whole_loop.series`) as columns of a run, which all others are
+# columns of a run for measures of all links (`measure.whole_loop.series`); other measures are columns already
 OF_LINKS = {name: NAMED[name].column for name in SENSED} | {"line": "line_g"}
 
 
 def measures_of(recording: Recording) -> dict[str, Series]:
-    """Measures of a record of all links by columns of a run, passage by passage: acceleration, contacts, sliding."""
+    """Return measures of a record of all links by columns of a run, per passage: acceleration, contacts, sliding."""
     of_links = answers_of(recording)
     measures = {column: of_links[name] for name, column in OF_LINKS.items()}
     contacts = contact_series(passage_arrays(recording), recording.periods.loop)
     contacts = {name: measure for name, measure in contacts.items() if BY_COLUMN[name].has_error}
-    for name, measure in contacts.items():  # a side that hardly touches has no force to speak of
+    for name, measure in contacts.items():  # a side that hardly touches has no meaningful force
         share = contacts[f"{name.partition('_')[0]}_share_pct"].values
         if len(share) and share.mean() >= TOUCHING:
             measures[name] = measure
@@ -51,13 +51,14 @@ def measures_of(recording: Recording) -> dict[str, Series]:
 
 
 def rings_of(rig: Rig) -> list[float | None]:
-    """The rig's own ring, some of a ring study, and none."""
+    """Return the radii of the rig's own ring and some of a ring study, and None."""
     return [*sorted({*study_radii(rig, RADII), *([rig.ring_radius] if rig.ring_radius else [])}), None]
 
 
 def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float]] = SPEEDS) -> pd.DataFrame:
-    """Error and its standard error of every measure of a rig with several rings and none, in the unit of the limit
-    over the default step, its half and its quarter (``COLUMNS``).
+    """Return errors and their standard errors of all measures of rigs with several rings and none (``COLUMNS``).
+
+    They are in the unit of the limit, extrapolated over the default step, its half and its quarter.
     """
     rows = []
     for name in rigs:
@@ -79,14 +80,14 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float
 
 
 def known_errors(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows whose error is known to half of itself (`KNOWN`), with its ``size``, a part of `Measure.size`."""
+    """Return rows whose error is known to half of itself (`KNOWN`), with its ``size``, a fraction of `Measure.size`."""
     known = rows[rows["uncertainty"] < KNOWN * rows["error"].abs()]
     scale = np.array([BY_COLUMN[row.measure].size(row.limit) for row in known.itertuples()])
     return known.assign(size=known["error"].abs() / scale, uncertainty=known["uncertainty"] / scale)
 
 
 def step_errors(rows: pd.DataFrame) -> pd.DataFrame:
-    """The largest known errors by groups of columns, with rings and without, rounded up to two digits.
+    """Return the largest known errors by groups of columns, with rings and without, rounded up to two digits.
 
     Its groups are those of the table that the program reads (`uncertainty.STEP_ERRORS`), and each column that none
     of them has.
@@ -108,7 +109,7 @@ def _rounded_up(size: float) -> float:
 
 
 def default_step_text(rows: pd.DataFrame) -> str:
-    """The largest errors of RMS and mean left peak over rigs, rings and speeds: a sentence with rings, one without.
+    """Return sentences on the largest errors of RMS and mean left peak over rigs and speeds, with and without a ring.
 
     Errors as in `known_errors`.
     """

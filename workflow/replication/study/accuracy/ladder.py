@@ -1,4 +1,4 @@
-"""Every rung of the ladder of fidelities against the paper's: what it changes and what it costs."""
+"""Effect and cost of every setting of fidelity against those of the paper."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -29,9 +29,9 @@ MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 def measure_setting(
     rig: Rig, setting: str, speeds: list[float], radii: list[float | None], rule: StopRule
 ) -> pd.DataFrame:
-    """Statistics of one setting for every speed and ring, the whole loop as the sensor (``MEASURED``).
+    """Return statistics of one setting for every speed and ring, the whole loop as the sensor (``MEASURED``).
 
-    Cost is in wall seconds a simulated one; ``note`` says why a setting has no value.
+    Cost is in wall seconds per simulated second; ``note`` is the reason for a missing value.
     """
     rows, starts = [], SettledLoops()
     for rpm, radius in product(speeds, radii):
@@ -51,7 +51,7 @@ def measure_setting(
 
 
 def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
-    """Statistics of a scene, and wall seconds a simulated one."""
+    """Return statistics of a scene, and wall seconds per simulated second."""
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(scene.with_(every_link=True), rule, starts)
     loop = whole_loop(recording)
@@ -60,7 +60,7 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
 
 
 def _belt(scene: Scene) -> tuple[dict[str, float], float]:
-    """Row of a belt, whose cost is that of the whole record: it has no time loop."""
+    """Return statistics of a belt, and its cost: that of the whole record, since it has no time loop."""
     seconds = round(BELT_TURNS / scene.periods.loop_hz, 1)
     begin = time.perf_counter()
     recording = simulate(scene.with_(duration=seconds))
@@ -68,7 +68,7 @@ def _belt(scene: Scene) -> tuple[dict[str, float], float]:
 
 
 def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
-    """Every setting (`measure_setting`) beside the reference, by scene and then as the settings stand.
+    """Compare every setting (`measure_setting`) with the reference, by scene and then in the order of the settings.
 
     ``difference_pct`` is relative for RMS, SD, line and peak, in points of a sprocket turn for shares, and empty for
     closure error and energy residual.

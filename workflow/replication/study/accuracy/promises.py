@@ -1,4 +1,4 @@
-"""Does what the planner promises come out? Plans for scenes, run to their end, beside limits over steps."""
+"""Test of the planner's promises: plans for scenes, run to their end, against limits over steps."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -28,7 +28,7 @@ PROMISES = [
 def judge_promises(
     rig: Rig, rpm: float, ring: float | None, turns: int, steps: Sequence[float], tolerances: Sequence[float]
 ) -> pd.DataFrame:
-    """Promises of the planner for every measure of a scene, and what they come to.
+    """Return the planner's promises for every measure of a scene, and the results.
 
     Limits are extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s); ``achieved_error`` is
     against the limit of the scene, whose own standard error is ``limit_error``. A tolerance that cannot be promised has

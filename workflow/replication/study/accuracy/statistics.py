@@ -1,4 +1,4 @@
-"""Material of the studies of accuracy: scenes of whole revolutions, the statistics of a record, their errors."""
+"""Scenes of whole revolutions for the studies of accuracy, statistics of a record, and their errors."""
 
 import numpy as np
 
@@ -15,26 +15,26 @@ NAN = float("nan")
 # tension in the ladder and in accuracy against cost: motion in space and rk4 have no tensioner on its spring
 TENSION = {"tension": "locked"}
 BELT_TURNS = 3  # turns of the loop in the record of a belt, which has no transient and no contact
-LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
+LEAD_IN = 3.0  # s at constant speed before the compared record begins, after a second of starting
 
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
-    """A record of so many ``turns`` of the loop after four seconds of running, at ``rpm`` (rev/min) with a ring (m)."""
+    """Return a scene of ``turns`` of the loop after four seconds of running, at ``rpm`` (rev/min) with a ring (m)."""
     duration = whole_samples(rig.rate, turns * Periods.at(rig, rpm).loop + 0.01)
     return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:
-    """Measures of a record by name (`measure.catalogue`), without sign; NaN where it has none."""
+    """Return measures of a record by name (`measure.catalogue`), without sign; NaN if undefined."""
     row = sensor_metrics(sense(recording).ay, recording.rate, recording.periods.loop_hz) | meshing_summary(recording)
     row |= {"loop_gap_max_m": float(recording.gap.max()), "energy_residual": energy_residual(recording)}
     return {name: abs(row[measure.column]) for name, measure in NAMED.items()}
 
 
 def answers_of(recording: Recording) -> dict[str, Series]:
-    """Measures over all links of a recording made with ``every_link``, passage by passage.
+    """Return measures over all links of a recording made with ``every_link``, per passage.
 
-    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Closure error and energy
+    As `statistics_of`, but as series for standard errors (`measure.whole_loop`). Closure error and energy
     residual belong to the whole record and have none.
     """
     exact = statistics_of(recording)

@@ -1,9 +1,9 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
 Errors are those of the statistics of a record against their limit over the steps of one method; those of the other
-methods confirm it. Statistics are taken over all links and have standard errors, so that what the step adds can be told
-from scatter. What is refused or diverges is a point too. Cost is the CPU time of the process: other jobs may run
-beside.
+methods confirm it. Statistics are taken over all links and have standard errors, so that the effect of the step can be
+told from scatter. Refused and diverging runs are points, too. Cost is the CPU time of the process: other jobs may run
+at the same time.
 """
 
 from trackdyn.sweeps.snakemake_job import run_job
@@ -39,9 +39,7 @@ EXTRAPOLATED = "semi_implicit"  # over whose steps limits are extrapolated
 
 
 class AnswerCost(NamedTuple):
-    """Measures of a record of every link (`answers_of`), the CPU seconds to settle its loop, and those of a
-    simulated one.
-    """
+    """Measures of a record of every link (`answers_of`), CPU seconds to settle its loop, and per simulated second."""
 
     series: dict[str, Series]
     start_cpu_s: float
@@ -49,7 +47,7 @@ class AnswerCost(NamedTuple):
 
 
 def run_answer(scene: Scene) -> AnswerCost:
-    """Run a scene and measure all of its links, of which those of a belt do alike."""
+    """Run a scene and measure all of its links; those of a belt are alike."""
     if scene.chain == "belt":
         begin = process_time()
         scene = scene.with_(duration=whole_samples(scene.rig.rate, BELT_TURNS / scene.periods.loop_hz))
@@ -61,7 +59,7 @@ def run_answer(scene: Scene) -> AnswerCost:
 
 
 def limits_of(runs: Mapping[float, Mapping[str, Series]]) -> dict[str, Limit]:
-    """Limit of every measure from those of runs of the full physics, by step."""
+    """Return the limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
     first, *others = finest.values()
     names = [name for name in first if all(name in run and len(run[name].values) for run in (first, *others))]
@@ -69,7 +67,7 @@ def limits_of(runs: Mapping[float, Mapping[str, Series]]) -> dict[str, Limit]:
 
 
 def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
-    """Error of the measures of a record of every scene against their limits, and what the record took (``COLUMNS``).
+    """Return errors of the measures of a record of every scene against their limits, and its cost (``COLUMNS``).
 
     Raises `InputError`: in some scene fewer than two steps ran, over which the limit is extrapolated.
     """
@@ -109,7 +107,7 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
 
 
 def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
-    """Rows of a setting: one per measure that has an error, or one that says that it failed."""
+    """Return rows of a setting: one per measure that has an error, or one for a failed run."""
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
@@ -119,7 +117,7 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
             continue
         value, error, _ = measured.estimate()
         bias, noise = error_against(measured, limits[measure])
-        if measure in ABSOLUTE:  # a value of this record, compared with nothing
+        if measure in ABSOLUTE:  # a value of this record, without a limit
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:
             unused = int(seconds / span + 1e-6) - len(measured.values)

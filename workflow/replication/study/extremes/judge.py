@@ -1,10 +1,10 @@
 """Extremes: every case completes with its invariants in bounds, or is refused in one sentence.
 
 A case is a row of `COLUMNS`. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an `InputError` when
-the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked`` (completed, and says itself that
-it is not resolved) or ``defect``: everything else, with the cause in ``reason``. Where a family measures something,
-``measure`` names it, ``value`` and ``expected`` are computed and predicted, ``group`` and ``at`` say on which
-curve and where on its axis the row stands.
+the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked`` (completed, and reported as
+not resolved) or ``defect``: everything else, with the cause in ``reason``. Where a family measures something,
+``measure`` names it, ``value`` and ``expected`` are computed and predicted, ``group`` and ``at`` are its curve
+and its position on the axis.
 """
 
 import warnings
@@ -28,16 +28,16 @@ FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "contact_log": False, "te
 
 
 def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
-    """A row with every column: those of a ``case`` of a ``family`` that ended in an ``outcome``, the others empty."""
+    """Return a row with every column: those of a ``case`` of a ``family`` with an ``outcome``, the others empty."""
     numbers = ("loop_gap_max_m", "energy_residual", "value", "expected", "bound", "at")
     about = {"family": family, "case": case, "outcome": outcome, "reason": reason}
     return dict.fromkeys(COLUMNS, "") | dict.fromkeys(numbers, np.nan) | about | more
 
 
 def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) -> dict:
-    """The row of an attempt: ``attempt(*given)`` returns the columns it fills, ``reason`` if a bound is missed.
+    """Return the row of ``attempt(*arguments)``, a dictionary of columns with ``reason`` if a bound is missed.
 
-    Warnings about numbers count as defects, as does every error that is not one of ours in one sentence.
+    Numerical warnings count as defects, as does every error other than `InputError` and `DivergenceError`.
     """
     try:
         with warnings.catch_warnings():
@@ -47,27 +47,27 @@ def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) 
         if "\n" in str(error):
             return row(family, case, DEFECT, f"more than one sentence: {str(error).splitlines()[0]}")
         return row(family, case, REFUSED, str(error))
-    except Exception as error:  # whatever it is, it is a finding
+    except Exception as error:  # any other error is a defect
         return row(family, case, DEFECT, f"{type(error).__name__}: {''.join(str(error).splitlines()[:1])}")
     outcome = values.pop("outcome", DEFECT if values.get("reason") else COMPLETED)
     return row(family, case, outcome, **{name: value for name, value in values.items() if name in COLUMNS})
 
 
 def within_bounds(value: float, expected: float, bound: float, measure: str, **more) -> dict:
-    """Columns of a measured number that must stand within ``bound`` of the expected one."""
+    """Return columns of a measured number that must be within ``bound`` of the expected one."""
     missed = not abs(value - expected) <= bound  # a value that is not a number misses too
     reason = f"{measure} is {value:.4g}, not within {bound:.2g} of {expected:.4g}" if missed else ""
     return {"reason": reason, "measure": measure, "value": value, "expected": expected, "bound": bound, **more}
 
 
 def below(value: float, bound: float, measure: str, **more) -> dict:
-    """Columns of a measured number that must not exceed ``bound``."""
+    """Return columns of a measured number that must not exceed ``bound``."""
     reason = "" if value <= bound else f"{measure} is {value:.3g}, more than {bound:.2g}"
     return {"reason": reason, "measure": measure, "value": value, "bound": bound, **more}
 
 
 def extremes_summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows, completed, marked, refused and defects of each family, and of all."""
+    """Return numbers of rows, completed, marked, refused and defects of each family, and of all."""
     counts = table.groupby("family", sort=False)["outcome"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)
     counts.loc["all"] = counts.sum()

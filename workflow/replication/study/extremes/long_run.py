@@ -17,21 +17,21 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that are all
-# alike may differ by a tenth of the 5 % by which the printed differences of the RMS stand apart.
+# alike may differ by a tenth of the 5 % between the printed differences of the RMS.
 STANDARD_ERRORS, ALIKE = 4.0, 0.005
-# Growth of the largest resident memory, MB: the record is reused, so that nothing should grow.
+# Growth of the largest resident memory, MB: the record is reused, so none is expected.
 MEMORY_MB = 16.0
 
 
 def resident_mb() -> float:
-    """Largest resident memory of this process so far, MB."""
+    """Return the largest resident memory of this process so far, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
-    """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (Eq. 40, g) and memory.
+    """Return a row per chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (g) and memory.
 
-    A chunk is of so many turns of the loop: statistics of whole revolutions can be compared.
+    A chunk has a whole number of turns of the loop, so that statistics can be compared.
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
     loop, rate = Loop(scene), rig.rate
@@ -50,7 +50,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
 
 
 def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
-    """Rows of a long run: its largest gap, residual, drift of the statistics and of the memory."""
+    """Yield rows of a long run: its largest gap, residual, drift of the statistics and of the memory."""
     quarter = max(len(chunks) // 4, 1)
     first, last = chunks["rms_g"].iloc[:quarter], chunks["rms_g"].iloc[-quarter:]
     gap, share = float(chunks["loop_gap_max_m"].max()), float(chunks["energy_residual"].abs().max())

@@ -1,6 +1,6 @@
-"""Short runs against a step four times smaller: is what completes right, and is only what is wrong refused?
+"""Short runs against a step four times smaller: errors of completed runs, and good runs that are refused.
 
-A scene is drawn from a seed and its number alone: a rig with odd stiffnesses, weights, frictions and tensions (`ODD`)
+A scene is drawn from a seed and its number: a rig with odd stiffnesses, weights, frictions and tensions (`ODD`)
 at a speed, a length of 0.3 to 2 s and a fraction of the largest step that its settled loop allows.
 """
 
@@ -23,7 +23,7 @@ SEED = 20261215
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more
-# parameters of odd rigs, each times what two decades give
+# parameters of odd rigs, each times a factor from two decades
 ODD = (
     "chain__link_mass", "chain__link_inertia", "chain__connector_mass", "chain__connector_inertia",
     "bushing__stiffness", "idler__inertia", "idler__bearing_drag", "tension__pre_tension", "impact__speed_floor",
@@ -36,7 +36,7 @@ BASES = ("paper", "parts", "m113", "robot")
 
 
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
-    """Name of a scene, its rig, and motor speed, seconds, fraction of the largest step and laws."""
+    """Draw a scene; return its name, its rig, and motor speed, seconds, fraction of the largest step and laws."""
     rng = np.random.default_rng([seed, number])
 
     def between(low, high):
@@ -62,10 +62,11 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
 
 
 def run_short(number: int, seed: int = SEED) -> dict:
-    """Row of a scene: ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the
-    mean peak, ``group`` the state of its resolution, ``at`` the step over the largest.
+    """Return the row of a scene.
 
-    Refused: ``reason`` begins with ``good`` where the run would have been within the bounds.
+    ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the mean peak,
+    ``group`` the state of its resolution, ``at`` the step over the largest. The ``reason`` of a refused run begins
+    with ``good`` if it would have been within the bounds.
     """
     name, rig, settings = drawn(number, seed)
     name = f"{number}: {name}, {settings['rpm']:.4g} rev/min, {settings['seconds']:g} s"
@@ -108,11 +109,11 @@ def _run(loop: Loop, seconds: float, checked: bool):
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """Outcome of short runs, one line.
+    """Return the outcome of short runs, one row.
 
-    No run of ``no_loop`` was tried; ``resolved``, ``not_judged`` and ``not_resolved`` completed, by what they say of
-    themselves, with the largest errors of the resolved ones; ``refused_good`` of ``good`` runs within the bounds were
-    refused; ``beyond`` are completed ones that are not within, by number and what they say.
+    No run of ``no_loop`` was tried; ``resolved``, ``not_judged`` and ``not_resolved`` completed, by their own report,
+    with the largest errors of the resolved ones; ``refused_good`` of ``good`` runs within the bounds were refused;
+    ``beyond`` are completed ones that are not within, by number and state.
     """
     rows = rows[rows["family"] == FAMILY]
     tried = rows[rows["value"].notna()]
@@ -130,7 +131,7 @@ def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def short_runs_verdict(table: pd.DataFrame) -> str:
-    """Sentence on a table of short runs (`short_runs_summary`)."""
+    """Return a sentence on a table of short runs (`short_runs_summary`)."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
     met = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]

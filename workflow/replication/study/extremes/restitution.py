@@ -1,4 +1,4 @@
-"""Extremes of restitution: what an impact gives back."""
+"""Extremes of restitution."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -16,13 +16,13 @@ STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 
 
 def lighter(rig: Rig, ratio: float) -> dict[str, float]:
-    """Changes of a rig that make its links so many times as heavy as its connectors."""
+    """Return changes of a rig that make its links ``ratio`` times as heavy as its connectors."""
     return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
 
 
 @kernel
 def _rebound(law, mass, speed, radius, steps):
-    """Speed after over speed before an impact on one surface, by leapfrog steps of a ``steps``-th of a half period."""
+    """Return speed after over speed before an impact, by leapfrog steps of a ``steps``-th of a half period."""
     x, v = 0.0, speed
     h = np.sqrt(mass * radius**0.5 / (law.stiffness * (speed + 1e-9) ** 0.5)) / steps
     for _ in range(1000 * steps):
@@ -50,6 +50,6 @@ def _impact(rig: Rig, law_name: str, value: float) -> dict:
 def restitution(
     rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 ) -> Iterator[dict]:
-    """Restitution of an impact against the nominal one, for both normal laws."""
+    """Yield the restitution of an impact against the nominal one, for both normal laws."""
     for law, value in product(("printed", "delivered"), nominal):
         yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)

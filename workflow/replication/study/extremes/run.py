@@ -1,4 +1,4 @@
-"""Every family of the extremes in parts that run side by side, as far as the settings ask for it."""
+"""Families of the extremes in parts that run in parallel."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -17,7 +17,7 @@ from trackdyn.rig.rig import Rig, load_rig
 
 
 def run_part(rig: Rig, study: ExtremesStudy, family: str) -> pd.DataFrame:
-    """Rows of a family (``COLUMNS``), or the chunks of the long run; prints how each case ends."""
+    """Return rows of a family (``COLUMNS``), or the chunks of the long run; print the outcome of each case."""
     if family == LONG_RUN:
         return run_long(rig, study.long_run_s, study.long_run_turns)
     if family == "chain":

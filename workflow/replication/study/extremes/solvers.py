@@ -31,7 +31,7 @@ Pose = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndar
 
 
 def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
-    """``bodies`` bodies of one kind, an even number."""
+    """Return a chain of an even number of ``bodies`` of one kind."""
     period = build_chain(rig)
     length, mass, inertia = (np.tile(a[:2], bodies // 2) for a in (period.length, period.mass, period.inertia))
     if kind == "uniform bars":
@@ -46,7 +46,7 @@ def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
 
 
 def make_pose(chain: Chain, seed: int) -> Pose:
-    """A random convex clockwise loop, its rates keep it closed; kilonewtons at every body."""
+    """Return a random convex clockwise loop whose rates keep it closed, with kilonewtons at every body."""
     rng = np.random.default_rng(seed)
     n = len(chain.length)
     steps = rng.uniform(0.8, 1.2, n)
@@ -65,7 +65,7 @@ def make_pose(chain: Chain, seed: int) -> Pose:
 
 
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-    """Angular accelerations (rad/s2) and that of the first pin (m/s2) of a ``chain`` in a ``pose``, by a ``solver``."""
+    """Return angular accelerations (rad/s2) and that of the first pin (m/s2) of a chain in a pose, by a solver."""
     if solver == "transfer_product":
         alpha, start = transfer_product.accelerations(chain, *pose)
         return alpha, start[:2]
@@ -81,11 +81,11 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
 
 
 def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
-    """Residual of the equations of motion, as a share of their largest term; extended precision, O(n).
+    """Return the residual of the equations of motion over their largest term, in extended precision and O(n).
 
     Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
-    chain but for the force through the cut; that one is taken where Euler's equations fit best. Left
-    over are Euler's equations, the force behind the last body and the closure of the pins.
+    chain but for the force through the cut; that one is taken where Euler's equations fit best. The
+    residual is of Euler's equations, the force behind the last body and the closure of the pins.
     """
     long = np.longdouble
     angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
@@ -119,7 +119,7 @@ def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
 
 
 def solver_error(solver: str, chain: Chain) -> float:
-    """Median over poses: residual of the sweep, or difference of the literal product's accelerations from its."""
+    """Return the median over poses of the sweep's residual, or of the literal product's difference from the sweep."""
     errors = []
     for seed in range(SEEDS):
         pose = make_pose(chain, seed)
@@ -139,7 +139,7 @@ def solver_error(solver: str, chain: Chain) -> float:
 
 
 def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
-    """Sweep and literal product on every kind of chain; the product of up to `LONGEST_PRODUCT`."""
+    """Yield rows of sweep and literal product on every kind of chain; the product of up to `LONGEST_PRODUCT`."""
     for kind in KINDS:
         for n in bodies:
             chain = make_chain(rig, kind, n)
@@ -160,13 +160,13 @@ def _digits(solver: str, chain: Chain, kind: str) -> dict:
 
 
 def growth_rates(rig: Rig) -> Iterator[dict]:
-    """Growth of the literal product's error a body, for two kinds of chain."""
+    """Yield the growth of the literal product's error per body, for two kinds of chain."""
     for kind in KINDS[:2]:
         yield attempted(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
 
 
 def _growth(rig: Rig, kind: str) -> dict:
-    """Columns of the growth between six bodies and the last number that keeps a digit."""
+    """Return columns of the growth between six bodies and the last number with a correct digit."""
     errors = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
     sizes = [n for n, error in errors.items() if error < 1e-2]
     rate = np.exp(np.polyfit(sizes, np.log([errors[n] for n in sizes]), 1)[0])
@@ -176,9 +176,9 @@ def _growth(rig: Rig, kind: str) -> dict:
 
 
 def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
-    """The sweep where a link is up to a million times as heavy as a connector.
+    """Yield rows of the sweep with links up to a million times as heavy as connectors.
 
-    The condition of the equations grows with the ratio of the masses, and what the residual may be with it.
+    The condition of the equations grows with the ratio of the masses, and so does the bound of the residual.
     """
     for ratio in ratios:
         yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)

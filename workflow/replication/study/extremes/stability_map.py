@@ -1,4 +1,4 @@
-"""Forced past the scene's refusal: at which steps does the explicit integrator diverge?"""
+"""Steps at which the explicit integrator diverges, in runs forced beyond the scene's limit."""
 
 from collections.abc import Iterable, Iterator
 
@@ -28,7 +28,7 @@ QUANTITIES = {
 
 
 def forced_run(start: Loop, step: float) -> float:
-    """Largest kinetic energy of a run at a step of any size, J; inf if it left the physical range."""
+    """Return the largest kinetic energy of a run at a step of any size, J; inf if it left the physical range."""
     loop = start.copy()
     steps = min(round(SECONDS / step), MOST_STEPS)
     stride = max(round(1e-3 / step), 1)
@@ -47,7 +47,7 @@ def forced_run(start: Loop, step: float) -> float:
 
 
 def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
-    """One quantity (`QUANTITIES`) against step, without friction and loss: only stiffness of contacts limits the step.
+    """Yield runs over a quantity (`QUANTITIES`) and step, without friction and loss: contact stiffness limits the step.
 
     There is no ring unless its radius is the quantity. The finest step of the reference is 1e-5 s; shorter ones run for
     as many steps. With their loss, which is damped at the instant of the force, teeth stay stable at a few times the
@@ -75,7 +75,7 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
 
 
 def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:
-    """Columns of one forced run, and whether a scene with its step would be refused."""
+    """Return columns of a forced run, and whether a scene with its step would be refused."""
     excess = forced_run(start, step) / finest
     row = marks | {"measure": "kinetic energy over that of the finest step", "value": excess, "bound": EXCESS}
     try:
@@ -88,13 +88,13 @@ def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) 
 
 
 def map_rows(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
-    """Forced runs of a quantity, as numbers; without the values at which no loop came to rest."""
+    """Return forced runs of a quantity as numbers, without values at which no loop came to rest."""
     table = rows[(rows["family"] == f"step and {quantity}") & pd.to_numeric(rows["group"], "coerce").notna()]
     return table.astype(dict.fromkeys(("group", "at", "value", "expected", "bound"), float))
 
 
 def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
-    """Predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
+    """Return predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
 
     ``quantity, value, limit, stable, unstable``; NaN where no step was stable, or none unstable.
     """

@@ -18,12 +18,12 @@ AXIS = np.array([0.0, 0.0, 1.0])  # axis of the joints of a planar chain
 
 
 def skew(v: np.ndarray) -> np.ndarray:
-    """(3, 3) matrix of the cross product: ``skew(v) @ w = v x w``, for (3,) ``v``."""
+    """Return the (3, 3) matrix of the cross product: ``skew(v) @ w = v x w``, for (3,) ``v``."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
-    """(13, 13) transfer matrix of a rigid body with one input and one output.
+    """Return the (13, 13) transfer matrix of a rigid body with one input and one output.
 
     ``inertia`` (3, 3) is about the mass centre in the inertial frame, kg m2; ``r_ic`` and ``r_io`` lead from the input
     to the mass centre and to the output, m; ``omega`` is the angular velocity, rad/s; ``force`` (N) and ``moment`` (N
@@ -46,7 +46,7 @@ def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
 
 
 def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
-    """(13, 13) transfer matrix of a smooth revolute joint whose bushing turns about the axis.
+    """Return the (13, 13) transfer matrix of a smooth revolute joint whose bushing turns about the axis.
 
     ``next_body`` is the `body_matrix` of the outboard body, between this joint and the next one, ``axis`` and
     ``axis_next`` are their unit axes, ``zeta = Omega_I x axis * phi'`` (rad/s2) with the joint's rate ``phi'``, and
@@ -67,7 +67,7 @@ def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
 
 
 def joint_acceleration(axis, state_in, state_out) -> float:
-    """Joint acceleration phi'' (rad/s2) from the (13,) states on both sides of a joint (Eq. 7).
+    """Return the joint acceleration phi'' (rad/s2) from the (13,) states on both sides of a joint (Eq. 7).
 
     The gyroscopic term of Eq. 7 has no component along the (3,) unit ``axis`` and is left out.
     """
@@ -75,7 +75,7 @@ def joint_acceleration(axis, state_in, state_out) -> float:
 
 
 def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> list[np.ndarray]:
-    """Transfer matrices of elements 1 to 2 n - 1 of a planar chain in z = 0, cut at joint 2 n.
+    """Return transfer matrices of elements 1 to 2 n - 1 of a planar chain in z = 0, cut at joint 2 n.
 
     Loads as in `accelerations`. Nothing turns out of the plane: transverse moments of inertia cannot matter.
     """
@@ -95,7 +95,7 @@ def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> 
 
 
 def multiply(elements) -> np.ndarray:
-    """(13, 13) product ``U_{2n-1} ... U_2 U_1`` of the elements (Eq. 5)."""
+    """Return the (13, 13) product ``U_{2n-1} ... U_2 U_1`` of the elements (Eq. 5)."""
     product = np.eye(STATES)
     for element in elements:
         product = element @ product
@@ -103,7 +103,7 @@ def multiply(elements) -> np.ndarray:
 
 
 def solve_boundaries(product, first_body, torque_first, torque_cut) -> np.ndarray:
-    """(13,) state at the input of body 1 that satisfies boundary conditions and closure (Eqs. 2-5).
+    """Return the (13,) state at the input of body 1 that satisfies boundary conditions and closure (Eqs. 2-5).
 
     ``product`` is that of `multiply`, ``first_body`` the matrix of body 1; bushing torques of the first joint and of
     the cut one in N m. Raises `numpy.linalg.LinAlgError`: the product overflowed or the conditions are dependent.
@@ -127,7 +127,7 @@ def solve_boundaries(product, first_body, torque_first, torque_cut) -> np.ndarra
 
 
 def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations of the closed planar chain by the product of all transfer matrices.
+    """Compute accelerations of the closed planar chain by the product of all transfer matrices.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -
 
 
 def growth(chain: Chain) -> float:
-    """Growth of an error over two bodies of a straight chain; inf where pins are mutual centres of percussion.
+    """Return the growth of an error over two bodies of a straight chain; inf if pins are mutual centres of percussion.
 
     Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of determinant
     1, so that its eigenvalues are ``mu`` and ``1 / mu``; with its mass centre half-way between the pins, at a distance
