@@ -192,5 +192,5 @@ def _drift_sentence(recording: Recording, sensor: int) -> str:
     return (
         f"RMS{of_sensor} goes from {values[0]:.4g} g in the first turn of the loop to {values[-1]:.4g} g in the last, "
         f"by more than its error of {error:.2g} g: the start may not have died away; use a longer lead-in than "
-        f"{scene.lead_in:g} s, or a tolerance (--tolerance), which waits"
+        f"{scene.lead_in:g} s, or ask for a tolerance, which waits for it"
     )
