@@ -1,11 +1,11 @@
-"""Named tuples of arrays that kernels take by reference, which more than halves the time to compile them.
+"""Named tuples of arrays passed to kernels by reference, which more than halves the time to compile them.
 
 By value, numba writes out every array of a `Model`, a `State` and a `Work` in every call, seven to nine numbers each,
-more than eight hundred together. A kernel takes such a tuple as one pointer to a block of memory instead, which the
-wrapper of the call from Python fills; reading a field is one load at a fixed offset. No kernel writes to a block, and
-LLVM is told so: the addresses of arrays then stay in registers across a loop, as they do by value.
+more than eight hundred together. By reference, a kernel takes one pointer to a block of memory, which the wrapper of
+the call from Python fills; reading a field is one load at a fixed offset. No kernel writes to a block, and LLVM gets
+this as an attribute: the addresses of arrays then stay in registers across a loop, as they do by value.
 
-Everything here is numba's interface for extensions.
+This module uses only numba's interface for extensions.
 """
 
 import hashlib
@@ -42,7 +42,7 @@ class Block(types.Type):
 
 @register_model(Block)
 class _BlockModel(models.PrimitiveModel):
-    """A block is the address of its first byte."""
+    """Data model of a block: the address of its first byte."""
 
     def __init__(self, manager, block):
         super().__init__(manager, block, cgutils.voidptr_t)
@@ -64,7 +64,7 @@ def _offsets(context, block):
 
 
 def _field(context, builder, block, address, index):
-    """Pointer to a field of a block."""
+    """Return the pointer to a field of a block."""
     address = cgutils.pointer_add(builder, address, _offsets(context, block)[index])
     member = block.members[index]
     return (
@@ -97,9 +97,9 @@ def _load_field(context, builder, block, address, name):
 
 
 def _unboxing(c, member):
-    """Return the function that unboxes a value of a type to an address, made once a wrapper: true if that failed.
+    """Return the function that unboxes a value of a type to an address, made once per wrapper: true on failure.
 
-    numba's own text for an array, repeated for each of some 150, would take longer to compile than most kernels.
+    numba's own code for an array, repeated for each of some 150, would take longer to compile than most kernels.
     """
     module, name = c.builder.module, f"unbox {member}"
     if name not in module.globals:
@@ -144,7 +144,7 @@ def _unbox_block(block, value, c):
 
 
 def register(kind) -> None:
-    """Have kernels take a class of named tuples, and those in its fields, by reference where they hold arrays."""
+    """Pass a class of named tuples, and those in its fields, to kernels by reference if they hold arrays."""
     for option in (kind, *get_args(kind)):
         if not hasattr(option, "_fields") or option in typeof_impl.registry:
             continue
@@ -162,5 +162,5 @@ def register(kind) -> None:
 
 @lower_builtin("__array__", types.Array)
 def _array_of(context, builder, signature, arguments):
-    """Return an array as its own: without this rule numba looks for a new one at every access."""
+    """Return an array as it is: without this rule numba looks for a new one at every access."""
     return arguments[0]

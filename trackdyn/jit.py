@@ -1,9 +1,9 @@
-"""The one jit wrapper of the package.
+"""Jit wrapper of the package, with a cache of compiled kernels.
 
-Compiled kernels are kept in a folder that is named by a hash of everything that decides which code runs: any edit of
-what a kernel does starts a new folder, and nothing is kept once a file was edited after this process began. Where that
-folder cannot be written, or numba has no longer the names that this takes, every process compiles anew.
-numba is imported when the first kernel is called, not when it is defined: that takes longer than most commands.
+The cache folder is named by a hash of everything that decides the code: an edit of a kernel's code starts a new folder,
+and nothing is cached once a file was edited after this process began. If that folder cannot be written, or numba lacks
+a name used here, every process compiles anew. numba is imported when the first kernel is called, since the import takes
+longer than most commands.
 ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
@@ -32,7 +32,7 @@ COMPILER = "-interpreted" if INTERPRETED else ""  # the last digits of kernels w
 
 
 def target_hash() -> str:
-    """Hash of what numba compiles for: processor, its features, Python, settings (8 hexadecimal digits)."""
+    """Return a hash of the compilation target: processor, its features, Python, settings (8 hexadecimal digits)."""
     import numba
     from llvmlite import binding
 
@@ -45,12 +45,12 @@ def target_hash() -> str:
 
 
 def source_hash() -> str:
-    """Hash of the kernels, which make a recording, and of what compiles them."""
+    """Return a hash of the kernels' sources, and whether they are compiled."""
     return kernel_digest() + COMPILER
 
 
 def cache_folder() -> Path:
-    """Folder of the compiled kernels in ``TRACKDYN_CACHE`` or the user's cache: one a program and processor."""
+    """Return the folder of the compiled kernels in ``TRACKDYN_CACHE`` or the user's cache, by program and processor."""
     return cache_base() / f"{source_hash()}-{target_hash()}"
 
 
@@ -58,7 +58,7 @@ _NOT_KEPT: list[str] = []  # reasons for which this process keeps nothing
 
 
 def _warn(sentence: str) -> None:
-    """Say why this process keeps nothing; its first reason stands for all."""
+    """Print the first reason for which this process caches nothing, and store all."""
     if not _NOT_KEPT:
         print(f"trackdyn: {sentence}", file=sys.stderr)
     _NOT_KEPT.append(sentence)
@@ -72,7 +72,7 @@ def _warn_of_folder(folder: Path, reason: object) -> None:
 
 
 def _warn_of_numba(error: Exception) -> None:
-    """Say which name this version of numba does not have."""
+    """Warn of a name that this version of numba lacks."""
     import numba
 
     _warn(
@@ -82,7 +82,7 @@ def _warn_of_numba(error: Exception) -> None:
 
 
 def _current() -> bool:
-    """Whether the kernels in memory are those that `kept_folder` is named by."""
+    """Return whether the kernels in memory are those that `kept_folder` is named by."""
     if file := edited(kernel_files()):
         _warn(f"{file} was edited after this process began, which keeps no compiled kernels therefore; start it again")
     return file is None
@@ -90,7 +90,7 @@ def _current() -> bool:
 
 @functools.cache
 def kept_folder() -> Path | None:
-    """Folder of what is kept from process to process, made if need be; None, and a warning: nothing is kept."""
+    """Return the cache folder, made if need be; None, and a warning, if nothing is cached."""
     folder = cache_folder()
     if not _current():
         return None
@@ -113,10 +113,10 @@ def keep_current(file: Path, content: bytes) -> None:
 
 
 class _Code:
-    """Machine code of one kernel, a file a signature, in the place of numba's cache.
+    """Cache of the machine code of a kernel, a file per signature, in place of numba's.
 
-    That cache does not see an edit in the files that a kernel calls, knows a source by its path and time, sets up all
-    that it compiles with before it reads a file, and hands a damaged one to LLVM, which aborts the process.
+    numba's cache misses edits in the files that a kernel calls, identifies a source by its path and time, sets up the
+    compiler before it reads a file, and passes a damaged one to LLVM, which aborts the process.
     """
 
     def __init__(self, function: Callable, folder: Path | None):
@@ -137,10 +137,10 @@ class _Code:
         return self.cache_path / f"{self._name}-{digest}.code"
 
     def load_overload(self, signature, target_context):
-        """Return the code of a signature; None if it is to be compiled."""
+        """Return the code of a signature; None if it must be compiled."""
         if self.cache_path:
             file = self._file(signature)
-            with suppress(Exception):  # whatever unpickling makes of it; no file is an EOFError
+            with suppress(Exception):  # any error of unpickling; no file is an EOFError
                 stored, data = pickle.loads(kept(file) or b"")
                 if stored == (file.name, signature):  # and not of a kernel whose file was copied over
                     return self._rebuild(target_context, *data)
@@ -148,7 +148,7 @@ class _Code:
         return None
 
     def save_overload(self, signature, code) -> None:
-        """Keep the code of a signature."""
+        """Store the code of a signature."""
         try:
             if self.cache_path and not (code.lifted or code.library.has_dynamic_globals):  # addresses of this process
                 file = self._file(signature)
@@ -161,7 +161,7 @@ _annotated: list[type] = []  # types of the arguments of kernels that numba does
 
 
 def _register_types() -> None:
-    """Have kernels take their named tuples by reference, if this version of numba has the names that this takes."""
+    """Pass named tuples to kernels by reference, if this version of numba has the names for it."""
     try:
         from trackdyn.by_reference import register
     except ImportError:
@@ -170,8 +170,8 @@ def _register_types() -> None:
         register(_annotated.pop())
 
 
-# Passes for closures, array expressions, unrolled loops and the like, none of which is in a kernel. After each numba
-# looks through the whole function, which takes an eighth of the time to compile it.
+# Passes for closures, array expressions, unrolled loops and the like, none of which is in a kernel. After each, numba
+# traverses the whole function, which takes an eighth of the time to compile it.
 _UNUSED_PASSES = {
     "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction", "FindLiterallyCalls",
     "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
@@ -196,7 +196,7 @@ def _kernel_compiler():
 
 
 def _dispatcher(function: Callable, face: str, **options):
-    """Numba's dispatcher of a function, whose code is kept in a folder ``face`` of `kept_folder`, if anywhere."""
+    """Return numba's dispatcher of a function, whose code is cached in a folder ``face`` of `kept_folder`."""
     import numba
 
     _register_types()
@@ -222,32 +222,31 @@ def _dispatcher(function: Callable, face: str, **options):
 
 
 class _Kernel:
-    """A kernel with two faces: kernels call one, Python the other.
+    """Kernel with two dispatchers, for calls from kernels and from Python.
 
-    Taking `Model` and `Work` apart for Python, some hundred arrays, was half of what it costs to compile a kernel, and
-    few are ever called from Python. Either face is therefore made when it is called first: what is read from the cache
-    calls no other kernel.
+    Unpacking `Model` and `Work` for Python, some hundred arrays, was half of the time to compile a kernel, and few are
+    called from Python. Either dispatcher is therefore made at its first call; cached code calls no other kernel.
     """
 
     def __init__(self, function, **options):
         self.py_func = function
-        self.targetoptions = OPTIONS | options  # where numba looks whether to put in the text (`inlined`)
+        self.targetoptions = OPTIONS | options  # where numba looks for the option ``inline`` (`inlined`)
         _annotated.extend(function.__annotations__.values())
         functools.update_wrapper(self, function)
 
     @functools.cached_property
     def _within(self):
-        """The dispatcher that other kernels call."""
+        """Dispatcher for calls from other kernels."""
         return _dispatcher(self.py_func, "within", **self.targetoptions, no_cpython_wrapper=True)
 
     @property
     def _numba_type_(self):
-        """What a kernel that names this one compiles a call to."""
+        """Type by which numba compiles a call in another kernel."""
         return self._within._numba_type_
 
     @functools.cached_property
     def dispatcher(self):
-        """The dispatcher that Python calls."""
+        """Dispatcher for calls from Python."""
         return _dispatcher(self.py_func, "called", **self.targetoptions)
 
     def __call__(self, *arguments):
@@ -258,7 +257,7 @@ class _Kernel:
 
 
 def direct(kernel, *arguments) -> Callable:
-    """What calls a kernel with arguments of these types without numba's asking for them, most of a short call."""
+    """Return the compiled entry point for arguments of these types; numba's dispatch dominates short calls."""
     dispatcher = getattr(kernel, "dispatcher", kernel)
     if not hasattr(dispatcher, "compile"):  # plain Python
         return dispatcher
@@ -277,23 +276,23 @@ def _made(function, **options):
 def kernel(function):
     """Compile a function of the time loop, which allocates nothing.
 
-    Nothing allocated, numba need not count references to the arrays, and one function is one piece of machine
-    code: together that halves the cost of a step. An array that is allocated in a kernel, or copied whole
+    Without allocation numba need not count references to the arrays, and one function is one piece of machine code:
+    together that halves the cost of a step. An array that is allocated in a kernel, or copied whole
     (a[:] = b), is refused at compilation ("NRT required").
     """
     return _made(function, forceinline=True, _nrt=False)
 
 
 def inlined(function):
-    """Have the text of a small function stand in each kernel that calls it, rounded as that kernel is (`fused`)."""
+    """Inline a small function into each kernel that calls it, rounded as that kernel is (`fused`)."""
     return _made(function, inline="always")
 
 
 def fused(function):
     """Compile a `kernel` in which a product and a sum may become one operation, rounded once.
 
-    Which ones depends on the processor and on what stands around: only for what the time loop calls once, so
-    that a run repeats it bit for bit.
+    Which ones depends on the processor and on the surrounding code: use it only for functions that the time loop calls
+    in one place, so that a run is reproducible bit for bit.
     """
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract"})
 
@@ -307,7 +306,7 @@ _announced: list[Callable[[str], object]] = []
 
 
 def announce(say: Callable[[str], object]) -> None:
-    """Have ``say`` called with one sentence when the first kernel of this process is compiled, if any is."""
+    """Call ``say`` with a sentence when the first kernel of this process is compiled, if any is."""
     _announced.append(say)
 
 

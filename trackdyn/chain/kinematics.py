@@ -152,7 +152,7 @@ def added_damping(step, branches):
 
 @kernel
 def relax(model: Model, state: State, work: Work, row, branches):
-    """Advance the moments over the last step; add its loss to ``state.work_done[row]``, its rates to ``joint_rate``."""
+    """Advance the moments over the last step; add its loss to ``state.work_done[row]``, and write ``joint_rate``."""
     if branches.time.shape[0] == 0:
         return
     rate, lost, h = work.joint_rate, work.joint_loss, model.step
