@@ -103,8 +103,11 @@ def _listed(numbers: Iterable[float]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def finding_sentences(table: pd.DataFrame) -> list[str]:
-    """Word the finding: the shares by both laws, the plateau, and the mobilised friction that parts the tracks."""
+def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
+    """Word the finding: the shares by both laws, and the mobilised friction that parts the tracks.
+
+    Without ``brief`` also those at other speeds, and of the plateau.
+    """
     counts, sentences = shares(table), []
     rpm, *others = counts.groupby("rpm")["tracks"].max().sort_values(ascending=False, kind="stable").index
     eq10, dahl = (of_law(counts, law, rpm) for law in OWN)
@@ -121,7 +124,7 @@ def finding_sentences(table: pd.DataFrame) -> list[str]:
         f"With Dahl's law, which has no velocity, it holds on {_listed(dahl['conclusion_3'])}, for a shear stiffness "
         f"of {_listed(1e-3 * dahl.index)} kN/m a link. Nothing else differs; the friction coefficient is {FRICTION:g}."
     )
-    for other in others:
+    for other in () if brief else others:
         both = [of_law(counts, law, other) for law in OWN]
         words = " and on ".join(_listed(rows["conclusion_3"]) for rows in both if len(rows))
         sentences.append(f"At {other:g} rpm, run on {max(rows['tracks'].max() for rows in both):.0f} of them: {words}.")
@@ -131,6 +134,8 @@ def finding_sentences(table: pd.DataFrame) -> list[str]:
         f"Where a track can show it, it does with either law if the tangential force of the ring stays below "
         f"{edge:.2g} of its normal force, and not above, in {100 * right:.0f} % of the runs."
     )
+    if brief:
+        return sentences
     sentences.append(
         f"The plateau of the left arc (sentence 21) comes and goes with it: on {_listed(eq10['plateau'])} and on "
         f"{_listed(dahl['plateau'])} of the tracks."

@@ -78,7 +78,7 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
     rig, learned = card["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
     return blocks(
         Path(__file__).with_name("readme.md.j2"),
-        finding=" ".join(finding_sentences(ran(study))),
+        finding=" ".join(finding_sentences(ran(study), brief=True)),
         rig=rig,
         verdict=verdict_line(judged, numbers),
         others=other_numbers(numbers),
