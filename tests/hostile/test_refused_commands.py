@@ -41,6 +41,17 @@ COMMANDS = [
     ("compare short.npz short.npz", "short.npz: this is a recording, not a table in text; give the sensor's file"),
     ("show .", ".: is a folder"),
     ("show short.npz --out run.pdf", "the name must end in .html"),
+    ("export short.npz run.txt", "OUT = 'run.txt': the name must end in .csv or .mat"),
+    (
+        "export short.npz run.csv --pitch 1",
+        "pitch = 1: was not recorded; the recording has none; a belt has no",
+    ),
+    ("export short.npz run.csv --pitch 99", "pitch = 99: is not a pitch of this chain; 1 to 35 are"),
+    ("export short.npz run.csv --sensor rear", "sensor = 'rear': the recording has 'sensor'"),
+    ("export short.npz run.csv --contacts", "contacts: the recording has no log of them"),
+    ("export short.npz run.mat --contacts --sensor sensor", "--sensor sensor: contacts are of pitches"),
+    ("export absent.npz run.csv", "absent.npz: no such file"),
+    ("export plain run.csv", "plain: not a trackdyn recording"),
     ("simulate run.npz --tolerance 2", "tolerance = '2': must be between 0 and 1"),
     ("simulate run.npz --tolerance 2% --rpm 0", "motor_rpm = 0: passages need a loop that turns"),
     ("ring bench --rpm 115,x", "--rpm = 'x': must be finite numbers"),
@@ -93,7 +104,7 @@ def test_a_command_replaces_what_it_wrote_itself_and_no_edited_file(folder, rig)
     rows = [f"{k / 1000},{k % 7 / 10}\n" for k in range(8500)]
     Path("mine.csv").write_text("t_s,ay\n" + "".join(rows), encoding="utf-8")
     commands = {
-        "new mine.yaml": "mine.yaml", "show short.npz -q": "short.html",
+        "new mine.yaml": "mine.yaml", "export turn.npz t.csv": "t.csv", "show short.npz -q": "short.html",
         f"compare {sensor} --figure c.png": "c.png", f"compare {sensor} --out c.csv": "c.csv",
     }  # fmt: skip
     for line, name in commands.items():
@@ -128,6 +139,7 @@ def test_a_sensor_file_is_no_recording(folder):
         ("check paper --out mine.svg", "mine.svg", "exists; give another name"),
         ("show short.npz", "short.html", "exists; give another name"),
         ("show short.npz --out mine.html", "mine.html", "exists; give another name"),
+        ("export short.npz mine.csv", "mine.csv", "exists; give another name"),
         ("new mine.yaml", "mine.yaml", "exists; give another name"),
         ("compare short.npz mine.csv --out mine.csv --overwrite", "mine.csv", "is an input of this command"),
         ("compare short.npz mine.csv --out link.csv --overwrite", "link.csv", "is an input of this command"),

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options
-from trackdyn.commands.records import show
+from trackdyn.commands.records import export, show
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import simulate
 from trackdyn.commands.studies import ring, sweep
@@ -19,7 +19,7 @@ from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = (simulate, show, check, new, rigs, ring, sweep)
+COMMANDS = (simulate, show, export, check, new, rigs, ring, sweep)
 
 
 class _Command(typer.core.TyperCommand):

@@ -117,6 +117,14 @@ Measures = Annotated[
         help=f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}; may be given several times.",
     ),
 ]
+Pitches = Annotated[
+    list[int] | None,
+    typer.Option(
+        "--pitch",
+        metavar="PITCH",
+        help="Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default. Repeatable.",
+    ),
+]
 Jobs = Annotated[
     int | None,
     typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default."),
@@ -137,7 +145,7 @@ Choose = Annotated[
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 
 
-IRREGULAR = {"axes": "axis"}  # fields that an option gives one by one
+IRREGULAR = {"axes": "axis", "pitches": "pitch"}  # fields that an option gives one by one
 
 
 def option_of(field: str) -> str:

@@ -1,4 +1,4 @@
-"""The command of a recording: ``trackdyn show``."""
+"""The commands of a recording: ``trackdyn show`` and ``trackdyn export``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +7,7 @@ import typer
 
 from trackdyn.commands import options
 from trackdyn.commands.own_files import noting
+from trackdyn.inputs.errors import InputError
 
 
 def show(
@@ -37,3 +38,42 @@ def show(
         page = make(loaded, out, seconds, recording.stem, progress=not quiet)
     if not quiet:
         typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB")
+
+
+def export(
+    recording: options.RecordingFile,
+    out: Annotated[Path, options.file_argument("Table to write", ".csv", ".mat")],
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="Sensor of the rig; all of them by default.")
+    ] = None,
+    pitch: Annotated[
+        list[int] | None,
+        typer.Option(
+            "--pitch", metavar="PITCH", help="Recorded pitch, from 1, whose contact forces are added. Repeatable."
+        ),
+    ] = None,
+    contacts: Annotated[
+        bool, typer.Option("--contacts", help="One row per contact instead: duration, groove, peak force, impulse.")
+    ] = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Write a recording as a table for other programs.
+
+    It has time and the sensor's axes (Eq. 40), names with units, and a comment on rig and scene: CSV, or MATLAB's
+    .mat by the ending.
+
+    Example: `trackdyn export run.npz run.csv` writes a table that a spreadsheet, pandas and `trackdyn compare` read.
+    """
+    from trackdyn.measure.export import export as write
+    from trackdyn.simulation.recording import load_recording
+
+    loaded = load_recording(recording)
+    if contacts and sensor is not None:
+        raise InputError(f"--sensor {sensor}: contacts are of pitches; leave out --sensor or --contacts")
+    stated = (f"export {sensor} {pitch} {contacts}",)  # one value: another selection is another table
+    options.check_output(out, overwrite, recording, stated)
+    with noting([recording, stated], out):
+        table = write(loaded, out, sensor, pitch or (), contacts)
+    if not quiet:
+        typer.echo(f"{out}: {len(table)} rows of {', '.join(table.columns[:8])}{', ...' * (len(table.columns) > 8)}")

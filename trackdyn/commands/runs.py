@@ -37,6 +37,7 @@ def simulate(
             "--rate", "Samples per second, Hz, such as your sensor's; the rig's by default. The step follows."
         ),
     ] = None,
+    pitch: options.Pitches = None,
     quiet: options.Quiet = False,
 ) -> None:
     """Run one scene and write its recording.
@@ -56,6 +57,7 @@ def simulate(
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
+    fields |= {"pitches": pitch} if pitch else {}
     if rate is not None:
         loaded = loaded.sampled(rate)
     scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)

@@ -11,6 +11,7 @@ import typer
 from trackdyn.commands import options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, shown
+from trackdyn.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -101,7 +102,7 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
         scene_options = f"--rig {shlex.quote(str(rig_name))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
         run = f"trackdyn simulate {file} {scene_options} && trackdyn show {file} --out {page}"
     radii = ", ".join(f"{radius:.5g} m ({name})" for name, radius in rig.equal_pitch_radii.items())
-    origin = f"Rig {rig_name}; radius of equal pitch by each reading: {radii}."
+    origin = f"Rig {rig_name}; trackdyn {__version__}; radius of equal pitch by each reading: {radii}."
     pictures = {out / f"{name}.svg": caption for name, caption in CAPTIONS.items()}
     write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
 

@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass
 from math import ceil
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
-from trackdyn.rig.rig import Rig
-from trackdyn.simulation.readings import specific_force
+from trackdyn.simulation.readings import readings
 from trackdyn.simulation.recording import Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it
 
@@ -38,13 +40,11 @@ class SensorSignal:
         labels = {"xlabel": "time (s)", "ylabel": "acceleration (g)", "title": "Sensor on the link"}
         return pd.DataFrame(named, index=self.time).plot(ax=axes, **labels)
 
+    def to_frame(self) -> "pd.DataFrame":
+        """Return times (s) and accelerations (g) as a table of ``t_s, ax_g, ay_g``."""
+        import pandas as pd
 
-def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
-    """(..., 2) what sensors report (Eq. 40), along their bodies and along the outward normals, g, up to ``limit`` (g).
-
-    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
-    """
-    return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
+        return pd.DataFrame({"t_s": self.time, "ax_g": self.ax, "ay_g": self.ay})
 
 
 @typed

@@ -8,7 +8,7 @@ from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.quantities import (
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 WORN = 0.035  # share by which a chain's pitch may differ from the one that a groove was made for: worn out at 3 %
 RING_OFF = 0.05  # share by which a ring may differ from the one at which links and grooves have one pitch
+CHANGED = " changed"  # behind the name of a rig with other values than its file
 OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
 
 
@@ -66,11 +67,29 @@ class Rig(Section):
         default_factory=FrozenDict
     )
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
+    _name: str = PrivateAttr("")
+
+    @property
+    def name(self) -> str:
+        """Return the name of the rig's file, with ``changed`` behind it where values were; empty without a file."""
+        return self._name
+
+    def called(self, name: str) -> "Rig":
+        """Return the rig under another name."""
+        other = self.model_copy()
+        other._name = name
+        return other
+
+    @property
+    def summary(self) -> str:
+        """Return one line: name, chain, sprocket and wheels."""
+        kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.wheels)
+        named = f"{self.name}: " if self.name else ""
+        return f"{named}{self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}"
 
     def __repr__(self) -> str:
-        """Return one line: the chain, the sprocket and the wheels."""
-        kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.wheels)
-        return f"<Rig: {self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}>"
+        """Return one line (`summary`)."""
+        return f"<Rig{' ' if self.name else ': '}{self.summary}>"
 
     __str__ = __repr__
 
@@ -294,7 +313,7 @@ class Rig(Section):
                 reduce(getitem, sections, data)[field] = value
             except (KeyError, TypeError):
                 raise InputError(f"{name} is in a section that another change replaces; set it there") from None
-        return _validated(data, "rig")
+        return _validated(data, "rig").called(self.name and f"{self.name.removesuffix(CHANGED)}{CHANGED}")
 
     def sampled(self, rate: int) -> "Rig":
         """Return a rig whose sensors take ``rate`` samples per second, Hz; `InputError` as in `changed`."""
@@ -319,7 +338,8 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
-    return _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE, path)
+    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE, path)
+    return rig.called(Path(path).stem)
 
 
 def outside_ranges(path: Path | str) -> list[str]:

@@ -242,11 +242,15 @@ class Scene(Choices):
         """
         return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
 
+    @property
+    def summary(self) -> str:
+        """Return one line: speed, ring, length and step."""
+        ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
+        return f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
+
     def __repr__(self) -> str:
         """Return one line: speed, ring, length and step, and the rig."""
-        ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
-        run = f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
-        return f"<Scene: {run}; {self.rig!r}>"
+        return f"<Scene: {self.summary}; {self.rig!r}>"
 
     __str__ = __repr__
 

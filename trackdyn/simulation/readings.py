@@ -8,6 +8,7 @@ from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work
 from trackdyn.model.constants import Model
+from trackdyn.rig.rig import Rig
 from trackdyn.simulation.loop_arrays import LoopArrays
 
 
@@ -19,6 +20,14 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
     """
     projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
     return np.asarray(acceleration, dtype=float) + projection
+
+
+def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
+    """(..., 2) what sensors report (Eq. 40), along their bodies and along the outward normals, g, up to ``limit`` (g).
+
+    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
+    """
+    return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
 
 
 class Readings:

@@ -1,12 +1,13 @@
 """Recordings: arrays of a run and their provenance, stored in one npz file."""
 
 import platform
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.metadata import version
 from math import pi
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -15,13 +16,18 @@ from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.inputs.memory import free_memory
 from trackdyn.inputs.validation import shown, typed, within
 from trackdyn.jit import source_hash
-from trackdyn.model.arrays import Record, Samples
+from trackdyn.model.arrays import SIDES, Record, Samples
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.scene import Periods, Scene
+from trackdyn.simulation.readings import readings
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import Resolution
+from trackdyn.version import __version__
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMAT = 14
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
@@ -88,7 +94,14 @@ class Recording(Samples):
     @cached_property
     def scene(self) -> Scene:
         """The scene that was run."""
-        return Scene(Rig.model_validate(self.meta["rig"]), **self.meta["scene"])
+        rig = Rig.model_validate(self.meta["rig"]).called(self.meta.get("rig_name", ""))
+        return Scene(rig, **self.meta["scene"])
+
+    @property
+    def origin(self) -> str:
+        """Return program, rig and scene of the recording in one line, with the hash of the kernels' sources."""
+        version, scene = self.meta["versions"].get("trackdyn", "of an unknown version"), self.scene
+        return f"trackdyn {version} (sources {self.meta['sources']}): rig {scene.rig.summary}; {scene.summary}"
 
     @property
     def layout(self) -> Layout:
@@ -123,6 +136,53 @@ class Recording(Samples):
         rig = self.meta["rig"] | {"sensors": {"sensor": alone}}
         meta = self.meta | {"rig": rig, "scene": self.meta["scene"] | {"every_link": False}}
         return replace(self, raw=self.raw[:, [index]], mean=self.mean[:, [index]], meta=meta)
+
+    def recorded_pitch(self, pitch: int) -> int:
+        """Return the index in ``pitches`` of a pitch, from 1; `InputError` if there is none, or it was not recorded."""
+        if pitch not in range(1, (count := self.scene.rig.chain.pitches) + 1):
+            raise InputError(f"pitch = {shown(pitch)}: is not a pitch of this chain; 1 to {count} are")
+        if pitch not in (recorded := self.pitches.tolist()):
+            some = f"{', '.join(map(str, recorded[:8]))}{', ...' * bool(recorded[8:])}" if recorded else "none"
+            remedy = (
+                "a belt has no contacts" if self.scene.chain == "belt" else f"run the scene with `pitches: {pitch}`"
+            )
+            raise InputError(f"pitch = {shown(pitch)}: was not recorded; the recording has {some}; {remedy}")
+        return recorded.index(pitch)
+
+    def to_frame(self, pitches: Sequence[int] | int | None = None) -> "pd.DataFrame":
+        """Return the record as a table with a row a sample.
+
+        Parameters
+        ----------
+        pitches : sequence of int, or int, optional
+            Recorded pitches whose contacts are in the table; all of them by default, none if it is empty.
+
+        Returns
+        -------
+        DataFrame
+            ``t_s``, the end of the sample interval; ``ax_g`` and ``ay_g`` of the sensor, as `sense` returns them, with
+            its name in front where there are several; of pitch 17 ``pitch_17_left_n``, ``pitch_17_right_n`` and
+            ``pitch_17_ring_n``, normal forces of both arcs and of the ring, and ``pitch_17_left_area``,
+            ``pitch_17_left_groove`` and the same of the right arc, which are 0 without contact.
+
+        Raises
+        ------
+        InputError
+            A pitch was not recorded.
+        """
+        import pandas as pd  # half a second that a run does without
+
+        columns = {"t_s": self.time}
+        for k, (name, sensor) in enumerate(self.sensors.items()):
+            before = f"{name.replace(' ', '_')}_" if len(self.sensors) > 1 else ""
+            signal = readings(self.mean[:, k], self.scene.rig, sensor.range)
+            columns |= {f"{before}ax_g": signal[:, 0], f"{before}ay_g": signal[:, 1]}
+        for k in range(len(self.pitches)) if pitches is None else map(self.recorded_pitch, listed(pitches)):
+            before = f"pitch_{self.pitches[k]}_"
+            columns |= {f"{before}{side}_n": self.force[:, k, i] for i, side in enumerate(SIDES)}
+            for i, side in enumerate(SIDES[:2]):
+                columns |= {f"{before}{side}_area": self.area[:, k, i], f"{before}{side}_groove": self.groove[:, k, i]}
+        return pd.DataFrame(columns)
 
     @property
     def rate(self) -> float:
@@ -178,10 +238,15 @@ class Recording(Samples):
 Recording.ARRAYS = tuple(array.name for array in fields(Recording) if array.name not in ("meta", "wall"))
 
 
+def listed(pitches: Sequence[int] | int) -> list:
+    """Return one pitch or several as a list."""
+    return np.asarray(pitches).ravel().tolist() if isinstance(pitches, np.ndarray | int) else list(pitches)
+
+
 @cache
 def made_with() -> tuple[str, dict[str, str]]:
     """Hash of the kernels' sources and versions of what computes, both of this process: looked up once."""
-    return source_hash(), {name: version(name) for name in ("numpy", "numba", "scipy")}
+    return source_hash(), {"trackdyn": __version__} | {name: version(name) for name in ("numpy", "numba", "scipy")}
 
 
 def provenance(scene: Scene, layout: Layout) -> dict:
@@ -190,6 +255,7 @@ def provenance(scene: Scene, layout: Layout) -> dict:
     return {
         "scene": {name: value for name, value in described.items() if name != "rig"},
         "rig": described["rig"],
+        "rig_name": scene.rig.name,
         "layout": layout.known(),
         "sources": sources,
         "versions": dict(versions),

@@ -1,0 +1,112 @@
+"""Recordings as files for other programs: CSV for spreadsheets and pandas, ``.mat`` for MATLAB."""
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.files import replacing, write_text
+from trackdyn.inputs.validation import typed
+from trackdyn.measure.contacts import contacts
+from trackdyn.model.arrays import SIDES
+from trackdyn.simulation.recording import Recording, listed
+
+ENDINGS = (".csv", ".mat")
+DIGITS = "%.12g"
+# text that MATLAB 5 files begin with; that of scipy has the time, and the same run makes the same file
+MAT_HEADER = b"MATLAB 5.0 MAT-file, written by trackdyn; its variable origin names rig and scene".ljust(116)
+# what a comment says of a file, so that nobody takes it for a measured one
+SYNTHETIC = "synthetic, not measured"
+
+
+def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd.DataFrame:
+    """Return every contact with the sprocket that began and ended within the record, those of one pitch in a row.
+
+    Parameters
+    ----------
+    recording : Recording
+        Run with a log of contacts.
+    pitches : sequence of int, or int
+        Pitches, from 1; all of the chain if it is empty.
+
+    Returns
+    -------
+    DataFrame
+        ``pitch``, ``side`` (left, right, ring), ``groove`` (from 1; 0 for the ring), ``start_s``, ``end_s``,
+        ``touching_s`` (time in contact, without gaps shorter than those that part two contacts),
+        ``share_pct`` (the same in percent of a turn of the sprocket), ``peak_n``, ``peak_s`` and ``impulse_ns``.
+
+    Raises
+    ------
+    InputError
+        The recording has no log of contacts, or the chain no such pitch.
+    """
+    pitches, count = listed(pitches), recording.scene.rig.chain.pitches
+    if not recording.scene.contact_log or recording.scene.chain == "belt":
+        raise InputError("contacts: the recording has no log of them; run a scene with contact_log=True, and no belt")
+    if wrong := [pitch for pitch in pitches if pitch not in range(1, count + 1)]:
+        raise InputError(f"pitch = {shown(wrong[0])}: is not a pitch of this chain; 1 to {count} are")
+    rows = contacts(recording)
+    table = pd.DataFrame(
+        {
+            "pitch": rows["pitch"] + 1,
+            "side": np.array(SIDES)[rows["side"]],
+            **{name: rows[name] for name in ("groove", "start_s", "end_s", "touching_s")},
+            "share_pct": 100 * rows["touching_s"] / recording.periods.turn,
+            **{name: rows[name] for name in ("peak_n", "peak_s", "impulse_ns")},
+        }
+    )
+    chosen = table[table["pitch"].isin(pitches)] if pitches else table
+    return chosen.sort_values(["pitch", "start_s", "side"], ignore_index=True)
+
+
+@typed
+def export(
+    recording: Recording,
+    path: Path | str,
+    sensor: str | int | None = None,
+    pitches: Sequence | int = (),
+    contacts: bool = False,
+) -> pd.DataFrame:
+    """Write a recording as a table, CSV or MATLAB's by the ending of its name, and return the table.
+
+    Parameters
+    ----------
+    recording : Recording
+        The run.
+    path : path
+        A file of the ending ``.csv``, whose first line is a comment on program, rig and scene, or ``.mat``, with a
+        variable a column and that comment as ``origin``.
+    sensor : str or int, optional
+        Sensor whose axes are written; all of them by default.
+    pitches : sequence of int, or int
+        Pitches whose contacts are written as well, from 1 (`Recording.to_frame`).
+    contacts : bool
+        Write a row for every contact (`contact_table`), of all pitches if none is stated, in place of the samples.
+
+    Raises
+    ------
+    InputError
+        The ending is none of these, the recording lacks what is asked for, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in ENDINGS:
+        raise InputError(f"path = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
+    if contacts:
+        table = contact_table(recording, pitches)
+    else:
+        table = (recording if sensor is None else recording.with_sensor(sensor)).to_frame(pitches)
+    origin = f"{SYNTHETIC}: {recording.origin}"
+    if path.suffix == ".csv":
+        write_text(path, f"# {origin}\n{table.to_csv(index=False, float_format=DIGITS, lineterminator=chr(10))}")
+        return table
+    from scipy.io import savemat
+
+    variables = {name: table[name].to_numpy() for name in table} | {"origin": origin}
+    savemat(buffer := BytesIO(), variables, long_field_names=True, oned_as="column", do_compression=True)
+    with replacing(path) as temporary:
+        temporary.write_bytes(MAT_HEADER + buffer.getvalue()[len(MAT_HEADER) :])
+    return table
