@@ -76,8 +76,9 @@ def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
 def scenes(config: PlausibleConfig) -> list[list]:
     """Speed, ring radius and whether it is measured in detail, of every scene of a row."""
     detailed = {(rpm, config.ring_radius_m) for rpm in config.radii_m} | {(config.speed_rpm, None)}
-    # without a ring the paper shows one speed
-    runs = [(config.speed_rpm, None), *((rpm, ring) for rpm, rings in config.radii_m.items() for ring in rings)]
+    # without a ring the paper shows one speed; a ring is chosen by what it is without one at every speed of the study
+    bare = {config.speed_rpm: None} | {rpm: None for rpm, rings in config.radii_m.items() if len(rings) > 1}
+    runs = [*bare.items(), *((rpm, ring) for rpm, rings in config.radii_m.items() for ring in rings)]
     return [[rpm, ring, (rpm, ring) in detailed] for rpm, ring in runs]
 
 

@@ -46,6 +46,7 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
         measured = summary(recording, detailed) | (_sensed(recording) if detailed else {})
         friction = mobilised_friction(recording).value
         measured["mobilised_friction"] = None if friction != friction else friction
+        measured["settled_tension_n"] = recording.layout.settled_tension_n
         values[scene_name(rpm, ring)] = measured
     return values
 

@@ -93,8 +93,7 @@ def _judged(
     config: PlausibleConfig, values: Values, rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
     """What one start decides; empty for a chain that jams."""
-    at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
-    if min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING:
+    if is_jammed(config, values):
         return {}
     shown_by = evidence(config, scenes(config), values, rig)
     card = judge_all(claims, shown_by)
@@ -107,6 +106,12 @@ def _judged(
     ]:
         judged[name] = float(verdict == MET)  # where no force acts a claim cannot be judged, and is not shown
     return judged
+
+
+def is_jammed(config: PlausibleConfig, values: Values) -> bool:
+    """Whether the ring of the paper carries nothing at a speed: the chain jams between the teeth."""
+    at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
+    return min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING
 
 
 def is_engaged(config: PlausibleConfig, values: Values, rig: Rig) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.measure.ring_rule import COMPARED
+from trackdyn.measure.ring_rule import ARCS, COMPARED
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene
@@ -44,7 +44,8 @@ def rows_of(name: str, store: Path) -> pd.DataFrame:
     if not (rows["state"] == "done").all():
         raise SystemExit(f"{name}: {rows['reason'].dropna().iloc[0]}")
     rows = rows.assign(track=name, teeth=rig.sprocket.teeth, grid=rows["ring_radius_m"].map(grid).fillna("no ring"))
-    return rows[["track", "teeth", "rpm", "ring_radius_m", "grid", "left_share_pct", "right_share_pct", *COMPARED]]
+    measures = [f"{arc}_{name}" for arc in ARCS for name in ("share_pct", "peak_n", "peak_error_n")]
+    return rows[["track", "teeth", "rpm", "ring_radius_m", "grid", *measures, *COMPARED]]
 
 
 if __name__ == "__main__":

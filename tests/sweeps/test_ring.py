@@ -1,4 +1,6 @@
-"""The ring study of any rig: which radii, which one to choose and by which rule, and what the command writes."""
+"""The ring study of any rig: which radii, which one to choose and why, and what the command writes."""
+
+from itertools import pairwise
 
 import pandas as pd
 import pytest
@@ -6,149 +8,259 @@ import pytest
 from tests.conftest import run_command
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import whole_errors
-from trackdyn.measure.ring_rule import SPAN, RingRule, advice, compared
+from trackdyn.measure.ring_advice import advice, compared
+from trackdyn.measure.ring_rule import SPAN, DurationRule, RingRule, windows, with_tooth_forces
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.taken import meshing_summary
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings
-from trackdyn.scene.rings import study_radii, usual_rings
+from trackdyn.scene.rings import least_ring, study_radii, usual_rings
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.ring import ring_study
 
-TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
-LEFT = {115.0: (20.0, 12.0, 9.6, 9.0, 8.5), 210.0: (21.0, 9.0, 8.9, 8.8, 8.6)}
-RIGHT = {115.0: (3.0, 0.0, 0.0, 0.0, 0.0), 210.0: (5.0, 0.6, 0.4, 0.0, 0.0)}
+# forces of a tooth (N) by speed; without a ring 8000 and 6000 N
+BARE = {115.0: 8000.0, 210.0: 6000.0}
+FORCE = {115.0: (7900.0, 4500.0, 3900.0, 2000.0, 1800.0), 210.0: (6500.0, 2000.0, 2500.0, 1500.0, 1700.0)}
+RULE, DURATIONS = RingRule(), DurationRule(13)  # 7.7 % of a turn, and 9.7 % with two points
 
 
-def study(left=LEFT, right=RIGHT):
+def study(force=FORCE, error=0.0, **columns):
+    """A study with forces on the left arc, smaller ones on the right one, and the same columns in all rows."""
     rows = [
         {
-            "rpm": rpm, "ring_radius_m": radius, "left_share_pct": left[rpm][k], "left_share_error_pct": 0.1,
-            "right_share_pct": right[rpm][k], "right_share_error_pct": 0.1, "left_rms_n": 100.0 * k, "ring_rms_n": 9.0,
-            "settled_tension_n": 3000.0 + k, "teeth_sliding_j": 20.0 - k, "ring_sliding_j": 1.5 * k,
+            "rpm": rpm, "ring_radius_m": radius, "left_peak_n": forces[k], "left_peak_error_n": error,
+            "right_peak_n": 0.5 * forces[k], "right_peak_error_n": error, "left_rms_n": 100.0, "right_rms_n": 50.0,
+            "left_share_pct": (20.0, 9.0, 9.0, 9.0, 9.0)[k], "right_share_pct": (3.0, 0.0, 0.0, 0.0, 0.6)[k],
+            "settled_tension_n": 4000.0 + 100 * k, "teeth_sliding_j": 20.0 - k, "ring_sliding_j": 1.5 * k,
+            "motor_power_w": 300.0 + k, "ring_rms_n": 9.0, "ring_peak_n": 3000.0,
         }
-        for rpm in LEFT for k, radius in enumerate(RADII)
+        for rpm, forces in force.items() for k, radius in enumerate(RADII)
     ]  # fmt: skip
-    bare = {"rpm": 115.0, "ring_radius_m": float("nan"), "left_share_pct": 1.0, "teeth_sliding_j": 70.0}
-    return pd.DataFrame([bare, *rows])
+    # without a ring it is the right arc that has more
+    bare = [
+        {"rpm": rpm, "left_peak_n": 100.0, "right_peak_n": BARE[rpm], "right_peak_error_n": 0.0,
+         "settled_tension_n": 4000.0, "teeth_sliding_j": 70.0, "ring_sliding_j": 0.0, "motor_power_w": 280.0}
+        for rpm in force
+    ]  # fmt: skip
+    return pd.DataFrame([*bare, *rows]).assign(**columns)
 
 
-RULE = RingRule(TEETH)
+def with_force(rpm, radius, force):
+    return FORCE | {rpm: tuple(force if at == radius else old for at, old in zip(RADII, FORCE[rpm], strict=True))}
 
 
-def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
-    """At 210 rpm 0.305 m misses the right arc's bound, at 115 rpm that of the left one."""
-    rule = RULE
-    assert rule.radius(study()) == 0.306 and str(rule) == "right_share_pct < 0.5, left_share_pct <= tooth + 2, smallest"
-    rings = study().dropna(subset="ring_radius_m")
-    rows = [bound.missed(rings)[["ring_radius_m", "rpm"]].to_numpy().tolist() for bound in rule.bounds]
-    assert rows == [[[0.304, 115.0], [0.304, 210.0], [0.305, 210.0]], [[0.304, 115.0], [0.305, 115.0], [0.304, 210.0]]]
-    assert rule.band(study()) == {1.0: 0.308, 3.0: 0.306}
-    said = advice(study(), rule)
-    assert said[:3] == [
+def test_the_smallest_ring_with_half_the_force_of_a_tooth_is_chosen():
+    """At 115 rpm 0.305 m has 4500 of 8000 N; the larger of both arcs counts, at each speed against its own."""
+    assert RULE.radius(study()) == 0.306
+    assert RULE.kept(study()) == dict(zip(RADII, (False, False, True, True, True), strict=True))
+    assert [RULE.radius(study(with_force(210.0, 0.306, force))) for force in (3000.0, 3000.1)] == [0.306, 0.307]
+    swapped = study().rename(columns={"left_peak_n": "right_peak_n", "right_peak_n": "left_peak_n"})
+    assert RULE.radius(swapped) == 0.306
+    assert RULE.band(study()) == {0.3: 0.307, 0.7: 0.305}
+    assert RingRule(1.0).radius(study()) == 0.305  # at 210 rpm 0.304 m has more than without a ring
+    table = with_tooth_forces(study(error=80.0)).set_index(["rpm", "ring_radius_m"])
+    row = table.loc[(115.0, 0.306)]
+    assert row["tooth_ratio"] == 3900 / 8000 and row["tooth_ratio_error"] == pytest.approx(80 / 8000)
+    assert row["tension_ratio"] == pytest.approx(4200 / 4000) and row["tooth_rms_n"] == 100.0
+
+
+def test_a_ring_as_made_may_be_larger_but_must_not_load_a_tooth_by_more_than_half_of_the_most_without():
+    """Within 1.02 mm above 0.306 m lies 0.307 m: at 210 rpm it may have more than 3000 N, not more than 4000 N."""
+    for force, radius in ((3900.0, 0.306), (4100.0, 0.308)):
+        assert RULE.radius(study(with_force(210.0, 0.307, force))) == radius
+    said = advice(study(with_force(210.0, 0.307, 3900.0)), RULE, DURATIONS)
+    assert any("above it may load a tooth by more, 0.307 m: a tooth bears 0.65" in sentence for sentence in said)
+    lonely = study({rpm: (*forces[:2], 2000.0, 9000.0, 9000.0) for rpm, forces in FORCE.items()})
+    assert pd.isna(RULE.radius(lonely))
+    assert "0.306 m keep the force of a tooth at 0.5 of that without a ring at every speed, but with rings" in advice(
+        lonely, RULE, DURATIONS
+    )[0]  # fmt: skip
+    wide = lonely.assign(ring_radius_m=0.3 + 4 * (lonely["ring_radius_m"] - 0.3))  # 4 mm apart
+    assert RULE.radius(wide) == pytest.approx(0.324)
+
+
+def test_advice_names_force_price_wear_and_windows():
+    said = advice(study(), RULE, DURATIONS)
+    assert said == [
         "recommended: a ring of radius 0.306 m",
-        "the rule holds from 0.3055 to 0.308 m, ends known to 0.5 mm",
-        "with another margin instead of 2 points the rule recommends 0.308 m with 1, 0.306 m with 3",
+        "the largest force of a tooth in a passage is 3900 N at 115 rpm and 2500 N at 210 rpm: 0.49 and 0.42 of that "
+        "without a ring, at most 0.5 as asked",
+        "its price: tension of the strand 1.05 of that without a ring, sliding of teeth and ring 70 -> 21 J a turn, "
+        "motor power 280 -> 302 W, force of the ring 3000 N",
+        "wear: the bound fails after at most 1 mm, at 0.305 m a tooth bears 0.56 of that without a ring at 115 rpm",
+        "force of a tooth at most 0.5 of that without a ring, at every speed: 0.306 to 0.308 m (3 radii, up to 1 mm "
+        "apart)",
+        "right arc free, below 0.5 % of a turn, at every speed: 0.305 to 0.307 m (3 radii, up to 1 mm apart)",
+        "a tooth is touched, at every speed: 0.304 to 0.308 m (5 radii, up to 1 mm apart)",
+        "with another share instead of 0.5 the rule recommends 0.307 m with 0.3, 0.305 m with 0.7",
+        "by contact durations, as the paper argues (right arc below 0.5 %, left arc at most a tooth's share of a turn "
+        "and 2 points): 0.305 m; a tooth bears 0.56 of that without a ring at 115 rpm",
     ]
-    assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[3] and said[4].endswith("keeps every bound, too")
-    rings = compared(study(), rule)
-    assert set(rings["ring"]) == {"none", "smaller", "recommended", "larger"}
-    assert rings.set_index("ring").loc["none", "teeth_sliding_j"].max() == 70
-    assert not any("_pct" in sentence for sentence in said)
+    table = compared(study(), RULE, DURATIONS)
+    assert table.loc[table["rpm"] == 115.0, "ring"].tolist() == [
+        "none", "smaller, by durations", "recommended", "larger, least force"
+    ]  # fmt: skip
+    assert advice(study(with_force(115.0, 0.306, 4600.0)), RULE, DURATIONS)[0].endswith("0.307 m")
+    end = study({rpm: (9000.0,) * 4 + (1000.0,) for rpm in FORCE})
+    assert advice(end, RULE, DURATIONS)[:2] == [
+        "the recommended radius is the largest of the study, 0.308 m: a larger one may load a tooth by more",
+        "recommended: a ring of radius 0.308 m",
+    ]
 
 
-def test_a_choice_at_the_end_of_the_study_is_said_first():
-    said = advice(study({115.0: (20.0, 12.0, 11.0, 10.0, 8.5), 210.0: LEFT[210.0]}), RULE)
-    assert said[0].startswith("the recommended radius is the largest of the study, 0.308 m")
-    assert said[1] == "recommended: a ring of radius 0.308 m"
+def test_a_bound_kept_by_less_than_three_errors_is_not_decided():
+    """At 115 rpm 0.306 m is 100 N below its bound, 0.307 m 2000 N; without a ring the force is known well."""
+    for error, radius in ((33.0, 0.306), (34.0, 0.307)):
+        table = study(error=error)
+        said = str(advice(table, RULE, DURATIONS))
+        assert RULE.radius(table) == 0.306 and RULE.decided(table) == radius
+        assert ("this is not decided: at 115 rpm the force is 0.4875 +- 0.0042" in said) == (radius == 0.307), said
+        assert ("a smaller step does, or a ring of 0.307 m" in said) == (radius == 0.307)
 
 
-def test_a_radius_that_serves_alone_is_not_chosen():
-    """A dip of one step, 0.3 mm wide, moves with the grid."""
-    near = study({115.0: (20.0, 9.0, 12.0, 9.0, 8.5), 210.0: LEFT[210.0]}, RIGHT | {210.0: (5.0, 0.0, 0.0, 0.0, 0.0)})
-    assert RULE.radius(near) == 0.307
-    assert "a slightly larger one does not" not in str(advice(near, RULE))
-    lonely = near[near["ring_radius_m"].isin([0.304, 0.305, 0.306])]
-    assert advice(lonely, RULE)[0] == (
-        "no radius of these serves at every speed: 0.305 m keep every bound, but not all radii up to 0.3% above them"
-    )
-    wide = near.assign(ring_radius_m=0.3 + 4 * (near["ring_radius_m"] - 0.3))
-    assert RULE.radius(wide) == pytest.approx(0.32)
+def test_where_the_ring_drives_alone_it_is_said():
+    free = study(with_force(210.0, 0.306, 0.0))
+    said = advice(free, RULE, DURATIONS)
+    assert "friction drive: no tooth is touched at 210 rpm, the ring drives alone" in said
+    touched = "0.304 to 0.305 m (2 radii, up to 1 mm apart); 0.307 to 0.308 m (2 radii, up to 1 mm apart)"
+    assert f"a tooth is touched, at every speed: {touched}" in said
+
+
+def test_where_no_ring_serves_the_least_share_and_why_are_said():
+    table = study({rpm: tuple(2.5 * force for force in forces) for rpm, forces in FORCE.items()})
+    said = advice(table, RULE, DURATIONS)
+    assert said[:4] == [
+        "no ring of these keeps the force of a tooth at 0.5 of that without a ring at every speed",
+        "the least share that any keeps at every speed is 0.62: 0.307 m, at 115 rpm, on the left arc",
+        "the right arc comes back at 0.308 m: 0.6 % of a turn at 115 rpm",
+        "the largest ring of the study, 0.308 m: tension of the strand 1.1 of that without a ring",
+    ]
+    assert set(compared(table, RULE, DURATIONS)["ring"]) == {"none", "by durations", "least force"}
+
+
+def test_a_ring_that_wears_keeps_the_bound_down_to_its_wear():
+    """From 0.306 m on half is kept: with 1 mm of wear 0.307 m, with 2 mm 0.308 m, with more none."""
+    worn = [RingRule(wear=wear) for wear in (0.0005, 0.001, 0.002, 0.0025)]
+    assert [rule.radius(study()) for rule in worn] == pytest.approx([0.307, 0.307, 0.308, float("nan")], nan_ok=True)
+    assert worn[0].refined(study()) == [0.3055, 0.3065]
+    said = advice(study(), worn[2], DURATIONS)
+    assert "wear: the bound fails after 2 to 3 mm, at 0.305 m" in said[4]
+    none = advice(study(), worn[3], DURATIONS)
+    assert none[0].endswith("but not over 2.5 mm of wear: the widest window has 2 mm")
+    assert "narrower" not in str(none)
+
+
+def test_what_is_not_known_does_not_serve():
+    unknown = with_force(210.0, 0.306, float("nan"))
+    assert RULE.radius(study(unknown)) == 0.307
+    # nor does a ring below one that is not known, in a step of the paper
+    assert RULE.radius(study(with_force(210.0, 0.307, float("nan")))) == 0.308
+    one = study()
+    bare = one["ring_radius_m"].isna() & (one["rpm"] == 210.0)
+    for table in (
+        one[~bare],
+        one.assign(right_peak_n=one["right_peak_n"].mask(bare), left_peak_n=one["left_peak_n"].mask(bare)),
+    ):
+        assert pd.isna(RULE.radius(table))
+        assert advice(table, RULE, DURATIONS)[0] == (
+            "no ring can be chosen: the force of a tooth without a ring at 210 rpm is not known"
+        )
+
+
+@pytest.mark.parametrize(("fields", "words"), [
+    ({"tooth_force": 0.0}, "tooth_force = 0: must be above 0 and at most 1"), ({"tooth_force": 1.4}, "= 1.4: must be"),
+    ({"tooth_force": float("nan")}, "= nan: must be"), ({"wear": -0.001}, "wear = -0.001: must be a length"),
+    ({"wear": float("inf")}, "wear = inf: must be"),
+])  # fmt: skip
+def test_a_rule_without_meaning_is_refused(fields, words):
+    with pytest.raises(InputError, match=words):
+        RingRule(**fields)
+
+
+def test_by_durations_both_arcs_must_keep_their_bounds():
+    """The paper's criterion, in numbers of ours: half a percent for the right arc, 100 / 13 + 2 for the left one."""
+    assert DURATIONS.radius(study()) == 0.305
+    assert DURATIONS.radius(study(right_share_pct=0.6)) != 0.305
+    for left, serves in ((9.69, True), (9.70, False)):
+        assert (DURATIONS.radius(study(left_share_pct=left, right_share_pct=0.0)) == 0.304) == serves
 
 
 def curve(radius, rpm):
-    """Left and right arcs that let go near 0.306 m, with a second window of 0.4 mm below it."""
-    left = 9.0 if 0.3041 <= radius <= 0.3045 or radius >= 0.30613 + 1e-6 * rpm else 11.0
-    return {"left_share_pct": left, "right_share_pct": 0.0}
+    """A tooth is relieved near 0.306 m, with a second window of 0.4 mm below it."""
+    return 2000.0 if 0.3041 <= radius <= 0.3045 or radius >= 0.30613 + 1e-6 * rpm else 7000.0
 
 
-def made_up_study(monkeypatch, radii, of=curve):
+def made_up_study(monkeypatch, radii, of=curve, rule=RULE):
     """A study of the rig bench whose runs are a curve, and the lists of radii that were run."""
     run = []
 
     def table(scenes, *_):
-        rows = [
-            {"rpm": scene.motor_rpm, "ring_radius_m": float("nan"), "state": "done"}
-            if scene.ring_radius is None
-            else {
-                "rpm": scene.motor_rpm, "ring_radius_m": scene.ring_radius, "state": "done",
-                "settled_tension_n": 3000.0, "teeth_sliding_j": 1.0, "ring_sliding_j": 1.0, "left_rms_n": 1.0,
-                "ring_rms_n": 1.0, **of(scene.ring_radius, scene.motor_rpm),
+        run.append(sorted({scene.ring_radius for scene in scenes} - {None}))
+        return pd.DataFrame([
+            {
+                "rpm": scene.motor_rpm, "ring_radius_m": scene.ring_radius or float("nan"), "state": "done",
+                "left_peak_n": of(scene.ring_radius, scene.motor_rpm) if scene.ring_radius else 8000.0,
+                "right_peak_n": 0.0, "right_share_pct": 0.0, "left_share_pct": 9.0, "settled_tension_n": 3000.0,
             }
             for scene in scenes
-        ]  # fmt: skip
-        run.append(sorted({scene.ring_radius for scene in scenes} - {None}))
-        return pd.DataFrame(rows)
+        ])  # fmt: skip
 
     monkeypatch.setattr("trackdyn.sweeps.ring._study", table)
-    return ring_study(load_rig("bench"), [115.0, 210.0], radii, rule=RULE), run
+    return ring_study(load_rig("bench"), [115.0, 210.0], radii, rule=rule), run
 
 
 GRIDS = [[0.3000 + k * 0.0016 + first for k in range(8)] for first in (0.0, 0.0005, 0.0011)]
 
 
-def test_three_grids_name_windows_that_overlap(monkeypatch):
+@pytest.mark.parametrize("wear", [0.0, 0.002])
+def test_three_grids_name_rings_that_agree(monkeypatch, wear):
     """A study looks between the last radius that misses and the first that serves, and a millimetre above that."""
-    ends, chosen = [], []
+    chosen, rule = [], RingRule(wear=wear)
     for grid in GRIDS:
-        made, run = made_up_study(monkeypatch, grid)
-        window, radius = RULE.window(made), RULE.radius(made)
+        made, run = made_up_study(monkeypatch, grid, rule=rule)
+        radius = rule.radius(made)
+        window = next(window for window in windows(rule.kept(made)) if radius in window.radii)
         chosen.append(radius)
-        ends.append(window.ends)
-        assert len(run[-1]) - len(grid) <= 6 and made["added"].sum() == 2 * (len(run[-1]) - len(grid))
+        assert len(run[-1]) - len(grid) <= (12 if wear else 6)
+        assert made["added"].sum() == 2 * (len(run[-1]) - len(grid))
         assert any(radius < other <= radius * (1 + SPAN) for other in run[-1])
-        assert "narrower" not in str(window) and window.first - window.below <= 5e-4
-    assert max(low for low, _ in ends) < min(high for _, high in ends)
-    assert min(chosen) > 0.3061 and max(chosen) - min(chosen) <= 5e-4
+        assert window.first - window.below <= 5e-4 and radius - window.first >= wear - 1e-9
+        # between the radii that it may wear through there is no gap where a dip could hide
+        inside = [other for other in run[-1] if window.first <= other <= radius]
+        assert all(high - low <= SPAN * radius for low, high in pairwise(inside))
+    assert min(chosen) > 0.3061 + wear and max(chosen) - min(chosen) <= 5e-4
 
 
 def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
-    """The bounds hold over 0.4 mm alone, which is looked for around any radius that keeps them."""
+    """Half is kept over 0.4 mm alone, which is looked for around any radius that keeps it."""
 
     def dip(radius, rpm):
-        return {"left_share_pct": 9.0 if 0.3041 <= radius <= 0.3045 else 11.0, "right_share_pct": 0.0}
+        return 2000.0 if 0.3041 <= radius <= 0.3045 else 7000.0
 
-    made, _ = made_up_study(monkeypatch, [0.3030, 0.3043, 0.3060, 0.3070], dip)
-    said = advice(made, RULE)
-    assert said[0].startswith("no radius of these serves at every speed: 0.3043")
-    assert "narrower than 0.5 mm, which a ring as made may miss" in said[1], said
-    low, high = RULE.window(made).ends
-    assert low < 0.3043 < high and high - low < 5e-4
+    made, run = made_up_study(monkeypatch, [0.3030, 0.3043, 0.3060, 0.3070], dip)
+    said = advice(made, RULE, DURATIONS)
+    assert said[0].startswith("no ring of these serves: 0.3043") and len(run) > 1
+    assert said[1] == "the window is narrower than 0.5 mm, which a ring as made may miss"
 
 
-def test_what_is_not_known_does_not_serve_and_less_margin_may_leave_none():
-    unknown = LEFT | {210.0: (21.0, 9.0, float("nan"), 8.8, 8.7)}
-    assert RULE.radius(study(unknown)) == 0.307
-    none = RULE._replace(margin=0.5)
-    assert pd.isna(none.radius(study())) and list(RULE.band(study(LEFT | {115.0: (20.0,) * 5}))) == [1.0, 3.0]
-    assert advice(study(), none)[:2] == [
-        "no radius of these serves at every speed",
-        "right arc, contact duration (% of a turn) < 0.5, at every speed: 0.306, 0.307, 0.308 m",
-    ]
+def test_a_window_claims_only_radii_that_were_run():
+    """The middle of a gap is no end of a window, and how far its radii lie apart is said."""
+    kept = {0.3: False, 0.302: True, 0.3045: True, 0.305: True, 0.31: False, 0.312: True}
+    assert [str(window) for window in windows(kept)] == [
+        "0.302 to 0.305 m (3 radii, up to 2.5 mm apart)", "0.312 m"
+    ]  # fmt: skip
+    assert windows(kept)[0][::2] == (0.3, 0.31) and pd.isna(windows(kept)[1].above)
+
+
+def test_rings_that_carry_nothing_are_refused_before_anything_runs():
+    least = least_ring(load_rig("bench"))
+    with pytest.raises(InputError, match=r"radii: the largest, 0\.2985 m, carries nothing: .* give larger radii"):
+        ring_study(load_rig("bench"), [115.0], [0.298, 0.2985], rule=RULE)
+    assert 0.2985 < least < 0.3
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
@@ -217,7 +329,7 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     error = whole_errors(recording.scene)("left_share_pct", summary["left_share_pct"], summary["left_share_error_pct"])
     assert row["left_share_error_pct"] == pytest.approx(error, rel=1e-8)
     assert row["contacts_converged"] == known
-    names = {f"{name}.{end}" for name in ("fig23_a", "fig23_b", "fig24", "sliding") for end in ("png", "svg")}
+    names = {f"{name}.{end}" for name in ("force", "fig23_a", "fig23_b", "fig24", "sliding") for end in ("png", "svg")}
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
     done = run_command(*line)

@@ -47,13 +47,18 @@ def _parse_ring(text: str) -> Ring:
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
 
 
-def _parse_tolerance(text: str | float) -> float:
-    """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
-    number, accepted = str(text).strip().removesuffix("%"), "must be between 0 and 1, such as 2% or 0.02"
-    share = parse_number("--tolerance", number, accepted) / (100 if str(text).strip().endswith("%") else 1)
-    if 0 < share < 1:
-        return share
-    raise InputError(f"--tolerance = {shown(text)}: {accepted}")
+def share_parser(name: str, example: str, whole: bool = False) -> Callable[[str | float], float]:
+    """Parser of ``2%``, ``0.02`` or 0.02 as a share between 0 and 1, which ``whole`` allows; else `InputError`."""
+
+    def parse(text: str | float) -> float:
+        number, percent = str(text).strip().removesuffix("%"), str(text).strip().endswith("%")
+        accepted = f"must be {'above 0 and at most 1' if whole else 'between 0 and 1'}, such as {example}"
+        share = parse_number(name, number, accepted) / (100 if percent else 1)
+        if 0 < share < 1 or (whole and share == 1):
+            return share
+        raise InputError(f"{name} = {shown(text)}: {accepted}")
+
+    return parse
 
 
 def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:
@@ -106,7 +111,10 @@ StepOption = Annotated[float | None, number("--step", "Time step, s; the preset'
 Tolerance = Annotated[
     float | None,
     typer.Option(
-        "--tolerance", parser=_parse_tolerance, metavar="SHARE", help="Error of a measure, such as 2% or 0.02."
+        "--tolerance",
+        parser=share_parser("--tolerance", "2% or 0.02"),
+        metavar="SHARE",
+        help="Error of a measure, such as 2% or 0.02.",
     ),
 ]
 Measures = Annotated[

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from html import unescape
 from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,13 +18,25 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-PICTURES = ("fig23_a", "fig23_b", "fig24", "sliding")
+FORMER = "former_rule"  # folder, within that of a study, of files by a rule of an earlier version
+PICTURES = ("force", "fig23_a", "fig23_b", "fig24", "sliding")
 PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
 CAPTIONS = {  # of the pictures on the page
+    "force": "Largest force of a tooth and of a link on the ring in a passage: with every ring, and without one",
     "fig24": "How long the arcs of a connector touch a tooth, and a link the ring",
     "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
     "sliding": "Friction work on the teeth and on the ring in a turn of the sprocket",
 }
+
+
+def _parse_wear(text: str | float) -> float:
+    """``2mm`` or ``0.002m`` in m. Raises `InputError`: it is no length from 0 on."""
+    number, unit = re.fullmatch(r"\s*(.*?)\s*(mm|m|)\s*", str(text)).groups()
+    accepted = "must be a length from 0 on with its unit, such as 2mm"
+    length = options.parse_number("--wear", number, accepted) * (1e-3 if unit == "mm" else 1.0)
+    if length < 0 or (length and not unit):
+        raise InputError(f"--wear = {shown(text)}: {accepted}")
+    return length
 
 
 def ring(
@@ -43,19 +56,33 @@ def ring(
             "--step", metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."
         ),
     ] = None,
+    tooth_force: Annotated[
+        float,
+        typer.Option(
+            parser=options.share_parser("--tooth-force", "0.5 or 50%", whole=True),
+            metavar="SHARE",
+            help="Largest force of a tooth that is allowed, as a share of that without a ring.",
+        ),
+    ] = 0.5,
+    wear: Annotated[
+        float,
+        typer.Option(parser=_parse_wear, metavar="LENGTH", help="Wear that the ring must allow, such as 2mm."),
+    ] = 0.0,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Recommend a ring for all speeds.
 
-    Every radius, and no ring, is run at every speed, and contacts and work are drawn over the radius. The gaps around
-    the choice are refined. The same command resumes a study that was stopped. The folder has ring.html, ring.csv, the
-    figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
+    Every radius, and no ring, is run at every speed. The ring to choose is the smallest with which a tooth bears at
+    most half of what it does without a ring. The gaps around the choice are refined. The same command resumes a study
+    that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and sliding (.png,
+    .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
-    from trackdyn.measure.ring_rule import RingRule, advice, compared
+    from trackdyn.measure.ring_advice import advice, compared
+    from trackdyn.measure.ring_rule import DurationRule, RingRule
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.rig.rig_file import rig_path
     from trackdyn.scene.rings import study_radii
@@ -63,21 +90,23 @@ def ring(
     from trackdyn.sweeps.ring import ring_study
 
     loaded = load_rig(rig)
-    judge = RingRule(loaded.sprocket.teeth)
+    judge, durations = RingRule(tooth_force, wear), DurationRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
     # the radii of a rig are another word for those that they are now, and follow it when it is edited
     inputs = rig_path(rig), (sorted(set(speeds)),), (rings, *(["default"] if radii is None else [])), (steps,)
     outputs = [out / name for name in ("ring.csv", "ring.html", *PICTURE_FILES)]
+    replaced = _set_aside(out, outputs, str(judge), speeds, rings, inputs)
     for path in outputs:
         options.check_output(path, overwrite, *inputs)
     study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
-    notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    sentences = advice(study, judge)
-    about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge))}
+    _check_meshing(study)
+    notes = [*filter(None, [replaced, foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
+    sentences = advice(study, judge, durations)
+    about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge, durations))}
     with noting(inputs, *outputs):
         _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
     if not quiet:
@@ -87,14 +116,17 @@ def ring(
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **content) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.inputs.files import write_csv
-    from trackdyn.plots.ring_study import CHOSEN, figures, sliding_figure, write_page
+    from trackdyn.measure.ring_rule import windows
+    from trackdyn.plots.ring_study import CHOSEN, figures, force_figure, sliding_figure, write_page
     from trackdyn.plots.style import save
 
     write_csv(out / "ring.csv", study, float_format="%.9g")
     marks = {f"equal pitch, {name}": radius for name, radius in rig.equal_pitch_radii.items()}
     if (chosen := rule.radius(study)) == chosen:
         marks[CHOSEN] = chosen
-    for name, figure in zip(PICTURES, (*figures(study, marks).values(), sliding_figure(study, marks)), strict=True):
+    force = force_figure(study, rule.tooth_force, chosen, windows(rule.kept(study)))
+    drawn = force, *figures(study, marks).values(), sliding_figure(study, marks)
+    for name, figure in zip(PICTURES, drawn, strict=True):
         save(figure, out / f"{name}.png")
     run = ""
     if chosen == chosen:
@@ -105,6 +137,50 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
     origin = f"Rig {rig_name}; trackdyn {__version__}; radius of equal pitch by each reading: {radii}."
     pictures = {out / f"{name}.svg": caption for name, caption in CAPTIONS.items()}
     write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
+
+
+def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, rings: list, inputs: tuple) -> str:
+    """Return a sentence on the study in a folder if its choice is by another rule, or nothing.
+
+    Files of the same study by the rule of an earlier version, which left no notes (`own_files`), go to `FORMER`.
+    """
+    import pandas as pd
+
+    from trackdyn.commands.own_files import is_own
+
+    try:
+        stated = re.search(r"The rule\s+<code>(.*?)</code>", (out / "ring.html").read_text(encoding="utf-8"))
+        before = unescape(stated[1]) if stated else rule
+        table = pd.read_csv(out / "ring.csv")
+        requested = table[~table["added"].astype(bool)]
+        same = [sorted(set(speeds)), sorted(rings)] == [
+            sorted(requested[name].dropna().unique()) for name in ("rpm", "ring_radius_m")
+        ]
+    except (OSError, ValueError, KeyError):  # nothing there, or no study
+        return ""
+    if before == rule or not same:
+        return ""
+    others = [path for path in outputs if path.exists() and not is_own(path, inputs)]
+    kept = ""
+    if others and before.startswith("right_share_pct"):
+        (out / FORMER).mkdir(exist_ok=True)
+        if not any((out / FORMER / path.name).exists() for path in others):
+            for path in others:
+                path.replace(out / FORMER / path.name)
+            kept = f"; its files are kept in {out / FORMER}"
+    return f"the choice in {out} was by another rule ({before}) and is replaced; rows are used again{kept}"
+
+
+def _check_meshing(study: "pd.DataFrame") -> None:
+    """Refuse (`InputError`) speeds at which nothing touches a tooth without a ring."""
+    from trackdyn.sweeps.engine import DONE
+
+    bare = study[study["ring_radius_m"].isna() & (study["state"] == DONE)]
+    if len(idle := bare.loc[~(bare["tooth_peak_n"] > 0), "rpm"]):
+        raise InputError(
+            f"--rpm = {idle.iloc[0]:g}: without a ring no connector touches a tooth at this speed, the chain does not "
+            "mesh; leave it out"
+        )
 
 
 def _numbers(text: str, option: str) -> list[float]:
@@ -143,13 +219,13 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
 
 
 def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
-    """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, work, power."""
+    """Rows of the page on the rings that the advice names: forces, work, tension, power and contact durations."""
     from trackdyn.measure.cells import significant
     from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
 
-    forces = (f"{side}_{name}" for name in ("rms_n", "peak_n") for side in SIDES)
-    columns = ("settled_tension_n", *forces, *WORK_COLUMNS, "motor_power_w")
+    forces = ("tooth_ratio", "tooth_peak_n", "tooth_rms_n", "ring_peak_n", "ring_rms_n")
+    columns = (*forces, *WORK_COLUMNS, "tension_ratio", "motor_power_w", *(f"{side}_share_pct" for side in SIDES))
     return [
         {"rpm": f"{row['rpm']:g}", "ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
         | {name: significant(row.get(name, nan)) for name in columns}

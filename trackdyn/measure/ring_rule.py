@@ -1,198 +1,253 @@
-"""Which ring serves: bounds of contact measures at every speed, and the choice among the radii that keep them.
+"""Which ring to choose: by the force of a tooth over that without a ring, and, as the paper argues, by durations.
 
-Bounds are absolute, so that no end of a range of radii moves them: an ever tighter ring has an ever shorter contact of
-the left arc.
+Bounds do not depend on which radii a study has, so that no end of their range moves them.
 """
 
-import operator
-from collections.abc import Callable
-from math import floor, isnan
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from math import floor
+from typing import ClassVar, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from trackdyn.measure.cells import plain, with_error
-from trackdyn.measure.columns import error_of, heading
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import TOUCHING
-from trackdyn.measure.uncertainty import ROUNDING
 
-# Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
-# connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.
-MARGIN_PCT, MARGINS_PCT = 2.0, (1.0, 3.0)
 # The radii above the smallest one that must serve, too, as a share of its own: a millimetre at 0.3 m, the paper's step.
 # A radius that serves between others that do not is a dip of a curve that is not monotonic, and moves with the grid.
 SPAN = 1 / 300
 # Gap between a radius that serves and one that does not, m, to which a study is refined around its choice, in at most
-# so many steps; of a window in which the rule holds that is narrower this is said.
+# so many steps.
 NARROW, ROUNDS = 5e-4, 3
 ROUNDED = 5  # decimals of a radius that is added, m
+DECIDED = 3.0  # standard errors by which a bound must be kept
+OTHER_FORCES = (0.3, 0.7)  # shares of which the choice is said, too
+# Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
+# connectors that drive one after the other touch at least.
+MARGIN_PCT = 2.0
+ARCS = ("left", "right")
+# columns of `with_tooth_forces`
+TOOTH_COLUMNS = (
+    "tooth_peak_n",
+    "tooth_peak_error_n",
+    "tooth_rms_n",
+    "tooth_ratio",
+    "tooth_ratio_error",
+    "tension_ratio",
+)
 WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
 COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # what a choice weighs
-RULE_COLUMNS = ("right_share_pct", "left_share_pct", *COMPARED)
+RULE_COLUMNS = (
+    *(f"{arc}_{name}" for arc in ARCS for name in ("share_pct", "peak_n", "peak_error_n", "rms_n")),
+    "ring_peak_n",
+    *COMPARED,
+)
 
 
-class Bound(NamedTuple):
-    """A bound that a measure must keep at every speed."""
+def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
+    """Return a study with the force of a tooth, and what it is of that without a ring at the same speed.
 
-    column: str
-    sign: str
-    keeps: Callable[[Any, float], Any]
-    limit: float
-    share: str = ""  # what the limit is made of
+    Parameters
+    ----------
+    study : pandas.DataFrame
+        A row per radius (m; NaN: no ring) and speed, with columns of ``metrics.csv``.
 
-    @property
-    def words(self) -> str:
-        """The bound as a person reads it."""
-        return f"{heading(self.column)} {self.sign} {self.limit:.3g}{self.share}"
-
-    def missed(self, rings: pd.DataFrame) -> pd.DataFrame:
-        """Rows of rings that do not keep the bound, or of which it is not known (NaN)."""
-        return rings[~self.keeps(rings[self.column], self.limit)]
-
-    def worst(self, missed: pd.DataFrame) -> str:
-        """The speed at which rows miss the bound by most, and at how many others they do."""
-        row = missed.loc[(missed[self.column] - self.limit).abs().fillna(float("inf")).idxmax()]
-        others = f", and at {len(missed) - 1} other speed{'s' * (len(missed) > 2)}" if len(missed) > 1 else ""
-        value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
-        if value != value:
-            return f"{heading(self.column)} at {row['rpm']:g} rpm is not known{others}"
-        number = plain(with_error(value, error)) if error > ROUNDING * value else f"{value:.4g}"
-        return f"{heading(self.column)} at {row['rpm']:g} rpm is {number}, must be {self.sign} {self.limit:.4g}{others}"
-
-
-class RingRule(NamedTuple):
-    """The rule for a sprocket with so many teeth: the smallest ring with which the right arc is free and the left one
-    touches briefly, at every speed, as they do with all within `SPAN` above it.
+    Returns
+    -------
+    pandas.DataFrame
+        With `TOOTH_COLUMNS`: the larger of both arcs' mean peaks, its standard error and the larger RMS (N); the peak
+        over that without a ring and the standard error of the ratio (1); the tension of the strand over that without a
+        ring (1). NaN where a run, or the one without a ring, has no result.
     """
-
-    teeth: int
-    margin: float = MARGIN_PCT  # points of a turn
-
-    def __str__(self) -> str:
-        return f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {self.margin:g}, smallest"
-
-    @property
-    def bounds(self) -> tuple[Bound, Bound]:
-        """What both arcs must keep."""
-        share = f" (a tooth's share of a turn + {self.margin:g} points)"
-        return (
-            Bound("right_share_pct", "<", operator.lt, TOUCHING),
-            Bound("left_share_pct", "<=", operator.le, 100.0 / self.teeth + self.margin, share),
-        )
-
-    def missed(self, study: pd.DataFrame) -> set[float]:
-        """Radii that do not keep every bound at every speed, m."""
-        rings = study.dropna(subset="ring_radius_m")
-        return set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
-
-    def radius(self, study: pd.DataFrame) -> float:
-        """The radius to choose, m; NaN if none serves. ``study`` has a row per radius and speed, columns of metrics."""
-        missed = self.missed(study)
-        radii = sorted(set(study["ring_radius_m"].dropna()) - missed)
-        serve = (radius for radius in radii if not any(radius < other <= radius * (1 + SPAN) for other in missed))
-        return float(next(serve, float("nan")))
-
-    def window(self, study: pd.DataFrame) -> "Window | None":
-        """The radii that keep every bound around the one to choose; around the smallest that does if none serves."""
-        radii, missed = sorted(study["ring_radius_m"].dropna().unique()), self.missed(study)
-        chosen = self.radius(study)
-        keep = [radius for radius in radii if radius not in missed]
-        if not keep:
-            return None
-        first = last = radii.index(chosen if chosen == chosen else keep[0])
-        while first and radii[first - 1] not in missed:
-            first -= 1
-        while last < len(radii) - 1 and radii[last + 1] not in missed:
-            last += 1
-        below, above = (radii[k] if 0 <= k < len(radii) else float("nan") for k in (first - 1, last + 1))
-        return Window(below, radii[first], radii[last], above)
-
-    def refined(self, study: pd.DataFrame) -> list[float]:
-        """Radii, m, by which a study would say more of its choice: the middle of gaps at the ends of its `window`, and
-        one within `SPAN` above the choice, where none was run; empty if the window is known to `NARROW`.
-        """
-        if (window := self.window(study)) is None:
-            return []
-        radii, chosen, more = sorted(study["ring_radius_m"].dropna().unique()), self.radius(study), []
-        if window.first - window.below > NARROW:
-            more.append((window.below + window.first) / 2)
-        if window.above - window.last > NARROW and window.last - window.first <= 2 * NARROW:
-            more.append((window.last + window.above) / 2)
-        if chosen == chosen != radii[-1] and not any(chosen < r <= chosen * (1 + SPAN) for r in radii):
-            more.append(floor(chosen * (1 + SPAN) * 10**ROUNDED) / 10**ROUNDED)
-        return sorted({round(float(radius), ROUNDED) for radius in more} - set(radii))
-
-    def band(self, study: pd.DataFrame) -> dict[float, float]:
-        """Radii that the rule chooses with each of `MARGINS_PCT` over a tooth's share, m."""
-        return {margin: self._replace(margin=margin).radius(study) for margin in MARGINS_PCT}
+    columns = (f"{arc}_{name}" for arc in ARCS for name in ("peak_n", "peak_error_n", "rms_n"))
+    table = study.reindex(columns=dict.fromkeys((*study.columns, *columns, "settled_tension_n"))).copy()
+    peaks, errors, rms = (
+        table[[f"{arc}_{name}" for arc in ARCS]].to_numpy(float) for name in ("peak_n", "peak_error_n", "rms_n")
+    )
+    larger = np.nan_to_num(peaks).argmax(axis=1)[:, None]
+    table["tooth_peak_n"] = peaks.max(axis=1)
+    table["tooth_peak_error_n"] = np.take_along_axis(errors, larger, axis=1)[:, 0]
+    table["tooth_rms_n"] = rms.max(axis=1)
+    bare = (
+        table[table["ring_radius_m"].isna()]
+        .groupby("rpm")[["tooth_peak_n", "tooth_peak_error_n", "settled_tension_n"]]
+        .first()
+    )
+    force, error, tension = (table["rpm"].map(bare[name]) for name in bare)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        table["tooth_ratio"] = ratio = table["tooth_peak_n"] / force.where(force > 0)
+        own = table["tooth_peak_error_n"] / table["tooth_peak_n"].where(table["tooth_peak_n"] > 0)
+    table["tooth_ratio_error"] = ratio * np.hypot(own.fillna(0.0), (error / force).fillna(0.0))
+    table["tension_ratio"] = table["settled_tension_n"] / tension
+    return table
 
 
 class Window(NamedTuple):
-    """Neighbouring radii of a study that keep every bound, m, and the next ones, which do not; NaN: there is none."""
+    """Neighbouring radii of a study with which a bound is kept, m, and the next ones, with which not; NaN: none."""
 
     below: float
-    first: float
-    last: float
+    radii: tuple[float, ...]
     above: float
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Ends of the window, m: half way to the radii that do not keep the bounds."""
-        low = self.first if isnan(self.below) else (self.below + self.first) / 2
-        return low, self.last if isnan(self.above) else (self.last + self.above) / 2
+    def first(self) -> float:
+        """The smallest of the radii, m."""
+        return self.radii[0]
+
+    @property
+    def last(self) -> float:
+        """The largest of the radii, m."""
+        return self.radii[-1]
 
     def __str__(self) -> str:
-        low, high = self.ends
-        text = f"the rule holds from {low:.5g} to {high:.5g} m"
-        gaps = [gap for gap in (self.first - self.below, self.above - self.last) if gap == gap]
-        text += f", ends known to {1e3 * max(gaps) / 2:.2g} mm" if gaps else ""
-        # at the end of the study it may be wider than is known
-        narrow = high - low < NARROW and len(gaps) == 2
-        return text + (f": narrower than {1e3 * NARROW:g} mm, which a ring as made may miss" if narrow else "")
+        if len(self.radii) == 1:
+            return f"{self.first:.5g} m"
+        apart = 1e3 * max(high - low for low, high in pairwise(self.radii))
+        return f"{self.first:.5g} to {self.last:.5g} m ({len(self.radii)} radii, up to {apart:.2g} mm apart)"
 
 
-def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
-    """Sentences: the one radius to choose for all speeds, the window in which the rule holds, what its margin moves,
-    and what decides; or that no radius serves.
+def windows(kept: Mapping[float, bool]) -> list[Window]:
+    """Return the windows of the radii (m) of a study by whether a bound is kept with each."""
+    radii = sorted(kept)
+    runs = [list(run) for _, run in groupby(radii, key=lambda radius: kept[radius])]
+    ends = [float("nan"), *(run[-1] for run in runs)], [*(run[0] for run in runs), float("nan")]
+    return [Window(ends[0][k], tuple(map(float, run)), ends[1][k + 1]) for k, run in enumerate(runs) if kept[run[0]]]
 
-    Then the radii that keep each bound. A choice at the end of the study comes first.
+
+class _Smallest:
+    """A rule that takes the smallest ring that keeps its bound, as do those within `SPAN` above it."""
+
+    def kept(self, study: pd.DataFrame) -> dict[float, bool]:
+        """Return whether a ring keeps the bound at every speed, by its radius (m); not where it is not known."""
+        raise NotImplementedError
+
+    def allowed(self, study: pd.DataFrame) -> dict[float, bool]:
+        """Return whether a ring may be within `SPAN` above the one to choose, by its radius (m)."""
+        return self.kept(study)
+
+    def serving(self, study: pd.DataFrame) -> dict[float, bool]:
+        """Return whether a ring can be chosen, by its radius (m)."""
+        kept, allowed = self.kept(study), self.allowed(study)
+        return {
+            radius: keeps and all(allowed[other] for other in allowed if radius < other <= radius * (1 + SPAN))
+            for radius, keeps in kept.items()
+        }
+
+    def radius(self, study: pd.DataFrame) -> float:
+        """Return the radius to choose, m; NaN if no ring of the study serves.
+
+        ``study`` has a row per radius (m; NaN: no ring) and speed, with columns of ``metrics.csv``.
+        """
+        return float(min((radius for radius, serves in self.serving(study).items() if serves), default=float("nan")))
+
+
+@dataclass(frozen=True)
+class RingRule(_Smallest):
+    """The rule: the smallest ring that halves the largest force of a tooth.
+
+    That force is the largest in a passage, mean over passages, of the arc with more. With the ring it is at every speed
+    at most the share ``tooth_force`` of that without a ring. A ring as made may be larger: with those within `SPAN`
+    above it, no speed has more than that share of the largest force without a ring at any speed. A ring wears, and gets
+    smaller: rings down to ``wear`` (m) below keep the bound, too.
+
+    Raises `InputError`: the share is not above 0 and at most 1, the wear is negative or not finite.
     """
-    rings, chosen, window = study.dropna(subset="ring_radius_m"), rule.radius(study), rule.window(study)
-    radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
-    misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
-    if window and chosen == chosen:
-        sentences, index = [f"recommended: a ring of radius {chosen:.4g} m"], radii.index(chosen)
-        if index == len(radii) - 1:
-            sentences.insert(
-                0, f"the recommended radius is the largest of the study, {chosen:.5g} m: a larger one may serve better"
+
+    tooth_force: float = 0.5
+    wear: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.tooth_force <= 1:
+            raise InputError(
+                f"tooth_force = {self.tooth_force:g}: must be above 0 and at most 1, the force of a tooth over that "
+                "without a ring, such as 0.5"
             )
-        each = (
-            f"{f'{radius:.4g} m' if radius == radius else 'none'} with {margin:g}"
-            for margin, radius in rule.band(study).items()
-        )
-        margins = f"with another margin instead of {MARGIN_PCT:g} points the rule recommends {', '.join(each)}"
-        sentences += [str(window), margins]
-        for words, k in (("smaller", index - 1), ("larger", index + 1)):
-            if 0 <= k < len(radii):
-                missed = "; ".join(bound.worst(rows[radii[k]]) for bound, rows in misses.items() if radii[k] in rows)
-                serves = "keeps every bound, " + ("but a slightly larger one does not" if k < index else "too")
-                sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
-    elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in rows for rows in misses.values())]:
-        sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
-        sentences.append(str(window))
-    for bound, rows in misses.items():
-        keep = [f"{radius:.5g}" for radius in radii if radius not in rows]
-        sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
-    return sentences
+        if not 0 <= self.wear < float("inf"):
+            raise InputError(f"wear = {self.wear:g}: must be a length from 0 on, m, such as 0.002")
+
+    def __str__(self) -> str:
+        wear = f", and {1e3 * self.wear:g} mm below" if self.wear else ""
+        return f"tooth_peak_n <= {self.tooth_force:g} of that without a ring, smallest{wear}"
+
+    def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
+        """Return whether a ring keeps the bound at every speed, by its radius (m), by so many standard ``errors``."""
+        rings = with_tooth_forces(study).dropna(subset="ring_radius_m")
+        keeps = rings["tooth_ratio"] + errors * rings["tooth_ratio_error"].fillna(0.0) <= self.tooth_force
+        return keeps.groupby(rings["ring_radius_m"]).all().to_dict()
+
+    def allowed(self, study: pd.DataFrame) -> dict[float, bool]:
+        """Return whether the largest force at any speed is at most the share of the largest without a ring."""
+        forces = with_tooth_forces(study).groupby(study["ring_radius_m"].fillna(0.0))["tooth_peak_n"]
+        largest = forces.agg(lambda values: values.max(skipna=False))
+        return (largest <= self.tooth_force * largest.get(0.0, np.nan)).drop(0.0, errors="ignore").to_dict()
+
+    def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
+        """Return whether a ring can be chosen, also when it has worn, by its radius (m)."""
+        first = {radius: window.first for window in windows(self.kept(study, errors)) for radius in window.radii}
+        return {
+            radius: serves and radius in first and radius - first[radius] >= self.wear - 1e-9
+            for radius, serves in super().serving(study).items()
+        }
+
+    def decided(self, study: pd.DataFrame) -> float:
+        """Return the radius to choose if a bound must be kept by `DECIDED` of its standard errors, m; or NaN."""
+        serves = self.serving(study, DECIDED)
+        return float(min((radius for radius in serves if serves[radius]), default=float("nan")))
+
+    def refined(self, study: pd.DataFrame) -> list[float]:
+        """Return radii, m, by which a study would say more of its choice; empty if that is known to `NARROW`.
+
+        The middle of the gap below the choice, and below the window that it may wear through; without a choice, of the
+        gaps beside windows that are too narrow. Radii at most `SPAN` apart from the smallest that it may wear to, to
+        `SPAN` above it.
+        """
+        radii = sorted(study["ring_radius_m"].dropna().unique())
+        serves, found = self.serving(study), windows(self.kept(study))
+        chosen, more = self.radius(study), list[float]()
+        gaps = list[tuple[float, float]]()
+        if chosen == chosen:
+            window = next(window for window in found if chosen in window.radii)
+            below = [radius for radius in radii if radius < chosen]
+            if below and not serves[below[-1]]:
+                gaps.append((below[-1], chosen))
+            gaps.append((window.below, window.first))
+        for window in found:
+            if chosen != chosen:
+                gaps.append((window.below, window.first))
+            if window.last - window.first <= max(2 * NARROW, self.wear) and (
+                chosen != chosen or chosen in window.radii
+            ):
+                gaps.append((window.last, window.above))
+            # where it would be the smallest that has worn by as much
+            if self.wear and window.first + self.wear <= window.last:
+                more.append(window.first + self.wear + 0.5 * 10**-ROUNDED)
+        more += [(low + high) / 2 for low, high in gaps if high - low > NARROW]
+        if chosen == chosen:
+            spanned = [radius for radius in radii if chosen - self.wear <= radius <= chosen * (1 + SPAN)]
+            if self.wear:
+                more += [(low + high) / 2 for low, high in pairwise(spanned) if high - low > SPAN * chosen]
+            if spanned[-1] == chosen != radii[-1]:
+                more.append(floor(chosen * (1 + SPAN) * 10**ROUNDED) / 10**ROUNDED)
+        return sorted({round(float(radius), ROUNDED) for radius in more} - set(radii))
+
+    def band(self, study: pd.DataFrame) -> dict[float, float]:
+        """Return the radii to choose with `OTHER_FORCES` in place of the share, m."""
+        return {share: RingRule(share, self.wear).radius(study) for share in OTHER_FORCES}
 
 
-def compared(study: pd.DataFrame, rule: RingRule) -> pd.DataFrame:
-    """Rows of a study of the ring to choose, its neighbours, and none, by speed; ``ring`` says which it is."""
-    radii, chosen = sorted(study["ring_radius_m"].dropna().unique()), rule.radius(study)
-    if chosen != chosen:
-        return study.iloc[:0].assign(ring="")
-    index = radii.index(chosen)
-    names = {index - 1: "smaller", index: "recommended", index + 1: "larger"}
-    named = {radius: names[k] for k, radius in enumerate(radii) if k in names}
-    words = study["ring_radius_m"].map(named).mask(study["ring_radius_m"].isna(), "none")
-    return study.assign(ring=words).dropna(subset="ring").sort_values(["rpm", "ring_radius_m"], na_position="first")
+@dataclass(frozen=True)
+class DurationRule(_Smallest):
+    """The paper's criterion, in numbers of ours: the smallest ring with which the right arc touches for less than
+    `TOUCHING` of a turn and the left one for at most a tooth's share, 100 % over ``teeth``, and ``margin`` points.
+    """
+
+    teeth: int
+    margin: ClassVar[float] = MARGIN_PCT
+
+    def kept(self, study: pd.DataFrame) -> dict[float, bool]:
+        """Return whether a ring keeps both bounds at every speed, by its radius (m)."""
+        rings = study.dropna(subset="ring_radius_m")
+        keeps = (rings["right_share_pct"] < TOUCHING) & (rings["left_share_pct"] <= 100.0 / self.teeth + self.margin)
+        return keeps.groupby(rings["ring_radius_m"]).all().to_dict()

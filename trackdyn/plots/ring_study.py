@@ -2,7 +2,7 @@
 
 import base64
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -10,11 +10,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from trackdyn.inputs.files import write_text
+from trackdyn.measure.ring_rule import Window
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
-from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PRINTED, SMALL, new_figure, styled
+from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PAGE, PRINTED, SMALL, new_figure, styled
 
 SIDE_NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
@@ -51,6 +54,64 @@ def figures(
 def sliding_figure(study: pd.DataFrame, marks: Mapping[str, float]) -> Figure:
     """Sliding work on the teeth and on the ring in a turn of the sprocket; arguments as of `figures`."""
     return _panels(study, SURFACES, "sliding work (J per turn of the sprocket)", "Sliding work", marks)[0]
+
+
+@styled
+def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequence[Window]) -> Figure:
+    """Mean peak forces of a tooth, the larger arc's, and of the ring over its radius, with none as a line.
+
+    Parameters
+    ----------
+    study : pandas.DataFrame
+        As that of `with_tooth_forces`.
+    limit : float
+        Share of the force without a ring that a tooth may bear (1); drawn for every speed.
+    chosen : float
+        Radius of the recommended ring, m; NaN: none.
+    kept : sequence of Window
+        Radii with which a tooth bears no more than that; shaded.
+    """
+    figure = new_figure(4.2, PAGE)
+    tooth, ring = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    rings, bare = study.dropna(subset="ring_radius_m"), study[study["ring_radius_m"].isna()].set_index("rpm")
+    named = list[tuple[float, str, str]]()
+    for i, rpm in enumerate(sorted(study["rpm"].unique())):
+        rows = rings[rings["rpm"] == rpm].sort_values("ring_radius_m")
+        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
+        look |= {"linestyle": DASHES[i % len(DASHES)]}
+        for ax, column in ((tooth, "tooth_peak_n"), (ring, "ring_peak_n")):
+            error = rows.get(column.replace("_n", "_error_n"), pd.Series(0.0, rows.index)).fillna(0.0)
+            ax.errorbar(rows["ring_radius_m"], rows[column] / 1e3, error / 1e3, **look, label=f"{rpm:g} rpm")
+        if rpm in bare.index and (force := bare.loc[rpm, "tooth_peak_n"] / 1e3) > 0:
+            tooth.axhline(force, color=look["color"], linewidth=1.6, alpha=0.6)
+            named.append((force, f"none, {rpm:g} rpm", look["color"]))
+            tooth.axhline(limit * force, color=look["color"], linewidth=0.8, linestyle=(0, (1, 2)))
+    for ax in (tooth, ring):
+        for window in kept:
+            ax.axvspan(window.first, window.last, color=GREEN, alpha=0.18, linewidth=0, zorder=0)
+        if chosen == chosen:
+            ax.axvline(chosen, **THICK, zorder=1)
+        ax.set_ylim(bottom=0)
+    height, last = 0.07 * tooth.get_ylim()[1], -np.inf
+    for force, name, color in sorted(named):  # lines may lie closer than letters are high
+        last = max(force, last + height)
+        tooth.annotate(name, (1.01, last), xycoords=("axes fraction", "data"), color=color, fontsize=SMALL, va="center")
+    handles, labels = tooth.get_legend_handles_labels()
+    if kept:
+        handles.append(Patch(color=GREEN, alpha=0.18))
+        labels.append(f"at most {limit:g} of none at every speed")
+    if chosen == chosen:
+        handles.append(Line2D([], [], **THICK))
+        labels.append(f"{CHOSEN}: {chosen:.4g} m")
+    handles.append(Line2D([], [], color="0.3", linewidth=0.8, linestyle=(0, (1, 2))))
+    labels.append(f"{limit:g} of the force without a ring")
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, columnspacing=0.9)
+    tooth.set_title("Largest force in a passage, mean over passages")
+    tooth.set_ylabel("of a tooth (kN)")
+    ring.set_ylabel("of a link on the ring (kN)")
+    ring.set_xlabel("radius of the ring (m)")
+    figure.align_ylabels()
+    return figure
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:

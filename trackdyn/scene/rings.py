@@ -28,8 +28,7 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
     Raises `InputError`: the least ring that carries the chain is larger than the tensioner's travel allows.
     """
-    low, high = Scene.ring_range(rig)
-    least = max(rig.sprocket.equal_pitch_radius - _seat_depth(rig), low)
+    least, high = least_ring(rig), Scene.ring_range(rig)[1]
     if not least < high:
         raise InputError(
             f"ring: the least ring that carries the chain has {least:.5g} m, and tension.travel = "
@@ -38,6 +37,11 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
         )
     start = max(rig.ring_radius or rig.sprocket.ring_radius, least)
     return least, min(high, _tightened(rig, start))
+
+
+def least_ring(rig: Rig) -> float:
+    """Return the radius up to which the arcs of seated connectors bear the chain, m: a smaller ring carries nothing."""
+    return max(rig.sprocket.equal_pitch_radius - _seat_depth(rig), Scene.ring_range(rig)[0])
 
 
 def study_radii(rig: Rig, count: int = 11) -> list[float]:

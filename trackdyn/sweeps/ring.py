@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pandas as pd
 
+from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.measure.metrics import whole_errors
-from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule
+from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule, with_tooth_forces
 from trackdyn.measure.stopping import check_driven
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.rings import study_radii
+from trackdyn.scene.rings import least_ring, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import computed_rows, row_of
@@ -38,16 +39,21 @@ def ring_study(
 
     The table has a row per scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
     study took that radius on its way), ``state``, ``reason``,
-    ``contacts_converged``, the columns of ``metrics.csv`` and ``key``; errors hold what the step
-    adds (`measure.uncertainty`). Raises `InputError` where a speed or a radius cannot be used; what is wrong
-    with one scene is its ``reason``.
+    ``contacts_converged``, the columns of ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors hold
+    what the step adds (`measure.uncertainty`). Raises `InputError` where a speed or a radius cannot be used, or no ring
+    for a ``rule`` carries the chain; what is wrong with one scene is its ``reason``.
     """
     requested = study_radii(rig) if radii is None else sorted(set(radii))
     radii, high = list(requested), Scene.ring_range(rig)[1]
+    if rule and radii and radii[-1] < (least := least_ring(rig)) and radii[0] >= Scene.ring_range(rig)[0]:
+        raise InputError(
+            f"radii: the largest, {radii[-1]:.5g} m, carries nothing: a ring carries the chain from {least:.5g} m on; "
+            "give larger radii"
+        )
 
     def run(radii: Sequence[float]) -> pd.DataFrame:
         scenes = [Scene(rig, rpm, ring) for ring in (None, *radii) for rpm in sorted(set(speeds))]
-        table = _study(scenes, step, jobs, store, progress)
+        table = with_tooth_forces(_study(scenes, step, jobs, store, progress))
         table["added"] = table["ring_radius_m"].notna() & ~table["ring_radius_m"].isin(requested)
         return table
 

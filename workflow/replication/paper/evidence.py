@@ -61,6 +61,15 @@ class Evidence:
             raise NotThere(f"radii at {rpm:g} rpm: {len(rows)}, and {LEAST_RADII} are needed")
         return rows
 
+    def ring_runs(self, speeds: Collection[float]) -> pd.DataFrame:
+        """The ring study at some speeds, with the runs without a ring; `NotThere` as `study`, or without those."""
+        for rpm in speeds:
+            self.study(rpm)
+        rows = self.metrics[self.metrics["run"].str.startswith("ring/") & self.metrics["rpm"].isin(list(speeds))]
+        if missing := sorted(set(speeds) - set(rows.loc[rows["ring_radius_m"].isna(), "rpm"])):
+            raise NotThere(f"no run without a ring at {missing[0]:g} rpm")
+        return rows
+
     def event_times(self, run: str, names: list[str], column: str = "median_s") -> list[float]:
         """Median times of events after the first contact, s, or another column; NaN for one that never happens."""
         rows = self.events[self.events["run"] == f"meshing/{run}"].set_index("event")

@@ -10,7 +10,7 @@ from replication.paper.evidence import Evidence, NotThere, Range
 from replication.paper.printed import CELLS, value_difference
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.events import RESOLUTION
-from trackdyn.measure.ring_rule import RingRule
+from trackdyn.measure.ring_rule import DurationRule, RingRule
 
 SAME = 1e-9  # radii are compared with printed ones, m
 
@@ -305,8 +305,13 @@ def _spread(least: float = 0.0) -> Measure:
 
 def _radius(evidence: Evidence, speeds) -> float:
     """Radius of the one ring to choose for some speeds, m; NaN: none serves (`measure.ring_rule`)."""
+    return RingRule().radius(evidence.ring_runs(speeds))
+
+
+def _radius_by_durations(evidence: Evidence, speeds) -> float:
+    """Radius by the durations of contacts, m; NaN: none serves (`measure.ring_rule`)."""
     study = pd.concat([evidence.study(rpm).reset_index() for rpm in speeds])
-    return RingRule(evidence.rig.sprocket.teeth).radius(study)
+    return DurationRule(evidence.rig.sprocket.teeth).radius(study)
 
 
 def _excess_over_equal_pitch(evidence, speeds) -> list[float]:
@@ -327,6 +332,7 @@ STUDY = {
     "left_spread": _spread(), "left_spread_from_0305": _spread(0.305),
     "left_shares_from_0307": _by_radius(_range, "left_share_pct", 0.307),
     "radius_to_choose": Measure(_radius, "study"),
+    "radius_by_durations": Measure(_radius_by_durations, "study"),
     "radius_by_speed": Measure(lambda e, speeds: [_radius(e, [rpm]) for rpm in speeds], "study", True),
     "excess_over_equal_pitch": Measure(_excess_over_equal_pitch, "study"),
 }  # fmt: skip

@@ -9,7 +9,8 @@ import pandas as pd
 from replication.paper.claims import GROUPS, INDEPENDENT, JUDGED, MET, NO_VALUE, NOT_COMPARABLE, NOT_MET, VERDICTS
 from trackdyn.measure.cells import significant
 
-RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
+# of the ring to choose: one for all speeds, one for each, and one for all by the durations of contacts
+RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS = "C26a", "C26c", "C26d"
 ENGAGED, ALL = TRACKS = ("engaged", "all")  # tracks that are in mesh as long as printed, and all that are judged
 FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
 RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
@@ -275,14 +276,20 @@ def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
 
 def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
     """The ring to choose, at all speeds and at each alone, and why; the paper's choice but for an ``own`` rig."""
-    measured = {name: card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED)}
-    row, by_speed = (rows.iloc[0] if len(rows) else None for rows in measured.values())
+    measured = (card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS))
+    row, by_speed, by_durations = (rows.iloc[0] if len(rows) else None for rows in measured)
     if row is None or row["verdict"] not in JUDGED:
         return "Without a ring study of enough radii no radius is chosen."
     rule = (
-        "Our rule takes the smallest ring with which right arcs hardly touch (below 0.5 % of a turn) and left arcs "
-        "touch for at most a tooth's share of a turn (100 % / teeth) plus 2 %, at every speed."
+        "Our rule takes the smallest ring with which the largest force of a tooth is at most half of that without a "
+        "ring, at every speed."
     )
+    if by_durations is not None:
+        radius = by_durations["measured"]
+        rule += (
+            " By durations, right arcs below 0.5 % of a turn and left ones at most a tooth's share of it plus 2 %, it "
+            f"would be {'none' if radius == NO_VALUE else f'{radius} m'}."
+        )
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
     alone = ""
     if by_speed is not None and "," in str(by_speed["measured"]):

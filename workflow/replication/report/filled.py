@@ -30,7 +30,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
-from trackdyn.measure.ring_rule import RingRule
+from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables in docs/measured, what makes its blocks
@@ -118,22 +118,30 @@ def departures_text(rows: pd.DataFrame) -> str:
 
 
 def ring_text(rows: pd.DataFrame) -> str:
-    """A line a track: the ring to choose, how wide the choice is, tension and sliding work without it and with it."""
-    columns = {"settled_tension_n": "strand (N)", "teeth_sliding_j": "teeth (J)", "ring_sliding_j": "ring (J)"}
+    """A line a track: the ring to choose by force and by durations; force, tension and sliding without and with it."""
     lines = []
     for track, group in rows.groupby("track", sort=False):
-        rule, grid = RingRule(int(group["teeth"].iloc[0])), group[group["grid"] != "beyond"]
-        by_speed = [f"{rule.radius(rows):.4f}".replace("nan", "none") for _, rows in grid.groupby("rpm")]
-        band = dict.fromkeys(f"{radius:.4f}".replace("nan", "none") for radius in rule.band(grid).values())
+        grid, rule = with_tooth_forces(group[group["grid"] != "beyond"]), RingRule()
+        radius = rule.radius(grid)
+        chosen = {
+            "radius (m)": [radius],
+            "by speed (m)": [rule.radius(of_speed) for _, of_speed in grid.groupby("rpm")],
+            "with 0.3 and 0.7 (m)": rule.band(grid).values(),
+            "by durations (m)": [DurationRule(int(group["teeth"].iloc[0])).radius(grid)],
+        }
         line = {"track": track, "rpm": ", ".join(f"{rpm:g}" for rpm in grid["rpm"].unique())}
-        line |= {"radius (m)": f"{rule.radius(grid):.4f}", "by speed (m)": ", ".join(by_speed)}
-        line |= {"1 and 3 points (m)": ", ".join(band)}
-        bare, ring = (
-            grid.loc[mask, [*columns]].mean()
-            for mask in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
-        )
-        for name, words in columns.items():
-            line[words] = " → ".join(significant(float(mean[name])) for mean in (bare, ring))
+        line |= {
+            words: ", ".join(f"{value:.4f}".replace("nan", "none") for value in radii)
+            for words, radii in chosen.items()
+        }
+        bare, ring = grid[grid["ring_radius_m"].isna()], grid[grid["ring_radius_m"] == radius]
+        line["tooth (kN)"] = " → ".join(significant(float(of["tooth_peak_n"].max()) / 1e3) for of in (bare, ring))
+        for words, column in (
+            ("strand (N)", "settled_tension_n"),
+            ("teeth (J)", "teeth_sliding_j"),
+            ("ring (J)", "ring_sliding_j"),
+        ):
+            line[words] = " → ".join(significant(float(of[column].mean())) for of in (bare, ring))
         lines.append(line)
     return _markdown(pd.DataFrame(lines))
 

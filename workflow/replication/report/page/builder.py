@@ -31,7 +31,8 @@ from trackdyn.jit import source_hash
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import words
-from trackdyn.measure.ring_rule import COMPARED, RingRule, advice
+from trackdyn.measure.ring_advice import advice
+from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
 from trackdyn.version import __version__
@@ -198,9 +199,7 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
 
 
 def _ring_study(results: Path, teeth: int | None) -> dict:
-    """Advice of the rule of choice on the ring study, and the measures that it weighs: a row per radius, ranges over
-    the speeds.
-    """
+    """Return the advice on the ring study and the measures that it weighs: a row per radius, ranges over speeds."""
     path = results / "metrics.csv"
     metrics = pd.read_csv(path) if path.is_file() else pd.DataFrame(columns=["run"])
     study = metrics[metrics["run"].str.startswith("ring/")]
@@ -213,7 +212,7 @@ def _ring_study(results: Path, teeth: int | None) -> dict:
             for column in COMPARED
         }
         rows.append({"ring_radius_m": f"{radius:g}" if radius else "none"} | spans)
-    return {"advice": advice(study, RingRule(teeth)), "rows": rows}
+    return {"advice": advice(study, RingRule(), DurationRule(teeth)), "rows": rows}
 
 
 def _rows(results: Path, name: str) -> list[dict] | None:

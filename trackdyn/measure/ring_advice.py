@@ -1,0 +1,220 @@
+"""What a ring study says to a person: the ring to choose, why, its price and its wear, or why no ring serves."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from trackdyn.measure.cells import plain, significant, with_error
+from trackdyn.measure.contacts import TOUCHING
+from trackdyn.measure.ring_rule import (
+    ARCS,
+    DECIDED,
+    NARROW,
+    SPAN,
+    DurationRule,
+    RingRule,
+    Window,
+    windows,
+    with_tooth_forces,
+)
+
+WITHOUT = "of that without a ring"
+
+
+def advice(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> list[str]:
+    """Return sentences on a study: the ring to choose first, then its force, price and wear; or why no ring serves.
+
+    After these the windows of radii in which the force is as small, the right arc is free and a tooth drives; the
+    choice with other shares, and by the durations of the paper.
+    """
+    table = with_tooth_forces(study)
+    rings, bare = table.dropna(subset="ring_radius_m"), table[table["ring_radius_m"].isna()]
+    known = dict(zip(bare["rpm"], bare["tooth_peak_n"] > 0, strict=True))
+    if unknown := [rpm for rpm in sorted(rings["rpm"].unique()) if not known.get(rpm)]:
+        speeds = _listed([f"{rpm:g}" for rpm in unknown])
+        sentences = [f"no ring can be chosen: the force of a tooth without a ring at {speeds} rpm is not known"]
+    elif (chosen := rule.radius(study)) == chosen:
+        sentences = _choice(table, rule, chosen)
+    else:
+        sentences = _none(table, rule)
+    free, driven = (
+        windows(rows.groupby(rings["ring_radius_m"]).all().to_dict())
+        for rows in (rings["right_share_pct"] < TOUCHING, rings["tooth_peak_n"] > 0)
+    )
+    for name, found in (
+        (f"force of a tooth at most {rule.tooth_force:g} {WITHOUT}", windows(rule.kept(study))),
+        (f"right arc free, below {TOUCHING:g} % of a turn", free),
+        ("a tooth is touched", driven),
+    ):
+        sentences.append(f"{name}, at every speed: {'; '.join(map(str, found)) or 'no radius'}")
+    others = (f"{_radius(radius)} with {share:g}" for share, radius in rule.band(study).items())
+    sentences.append(f"with another share instead of {rule.tooth_force:g} the rule recommends {', '.join(others)}")
+    return [*sentences, _by_durations(rings, durations)]
+
+
+def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
+    """Sentences on a ring that serves."""
+    radii = sorted(table["ring_radius_m"].dropna().unique())
+    rows = table[table["ring_radius_m"] == chosen].sort_values("rpm")
+    sentences = [f"recommended: a ring of radius {chosen:.4g} m"]
+    if chosen == radii[-1]:
+        largest = f"the recommended radius is the largest of the study, {chosen:.5g} m"
+        sentences.insert(0, f"{largest}: a larger one may load a tooth by more")
+    forces = [f"{significant(row.tooth_peak_n)} N at {row.rpm:g} rpm" for row in rows.itertuples()]
+    ratios = _listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
+    sentences.append(
+        f"the largest force of a tooth in a passage is {_listed(forces)}: {ratios} {WITHOUT}, at most "
+        f"{rule.tooth_force:g} as asked"
+    )
+    if (decided := rule.decided(table)) != chosen:
+        row = rows.loc[((rule.tooth_force - rows["tooth_ratio"]) / rows["tooth_ratio_error"]).idxmin()]
+        error = row["tooth_ratio_error"]
+        value, errors = plain(with_error(row["tooth_ratio"], error)), (rule.tooth_force - row["tooth_ratio"]) / error
+        sentences.append(
+            f"this is not decided: at {row['rpm']:g} rpm the force is {value} {WITHOUT}, {errors:.2g} of its errors "
+            f"below the bound, and {DECIDED:g} decide; a smaller step does, or a ring of {_radius(decided)}"
+            if errors < DECIDED
+            else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
+        )
+    kept = rule.kept(table)
+    if larger := [radius for radius in kept if chosen < radius <= chosen * (1 + SPAN) and not kept[radius]]:
+        loaded = "; ".join(f"{radius:.5g} m: {_worst(table[table['ring_radius_m'] == radius])}" for radius in larger)
+        sentences.append(f"a ring within {SPAN:.1%} above it may load a tooth by more, {loaded}")
+    if len(untouched := rows.loc[rows["tooth_peak_n"] == 0, "rpm"]):
+        speeds = _listed([f"{rpm:g}" for rpm in untouched])
+        sentences.append(f"friction drive: no tooth is touched at {speeds} rpm, the ring drives alone")
+    sentences.append(_price(table, rows))
+    if "mobilised_friction" in rows and rows["mobilised_friction"].notna().any():
+        sentences.append(
+            f"the ring's grip: a friction of {_span(rows['mobilised_friction'])} is in use, its tangential over its "
+            "normal force (mobilised friction)"
+        )
+    window = next(window for window in windows(kept) if chosen in window.radii)
+    return [*sentences, _wear(table, rule, chosen, window)]
+
+
+def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
+    """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
+    bare = table[table["ring_radius_m"].isna()].set_index("rpm").reindex(rows["rpm"]).reset_index()
+    words = [f"tension of the strand {_span(rows['tension_ratio'])} {WITHOUT}"]
+    for text, columns, unit in (
+        ("sliding of teeth and ring", ["teeth_sliding_j", "ring_sliding_j"], "J a turn"),
+        ("motor power", ["motor_power_w"], "W"),
+    ):
+        if {*columns} <= {*table}:
+            before, after = (of.reindex(columns=columns).sum(axis=1, min_count=1) for of in (bare, rows))
+            words.append(f"{text} {_span(before)} -> {_span(after)} {unit}")
+    force = f", force of the ring {_span(rows['ring_peak_n'])} N" if "ring_peak_n" in rows else ""
+    return f"its price: {', '.join(words)}{force}"
+
+
+def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) -> str:
+    """Sentence on the wear after which a ring no longer keeps the bound."""
+    worn = 1e3 * (chosen - window.first)
+    if window.below != window.below:
+        return f"wear: the bound is kept by every smaller ring of the study, for {worn:.2g} mm"
+    fails = _worst(table[table["ring_radius_m"] == window.below])
+    span = f"{worn:.2g} to " if worn > 0.01 else "at most "
+    return f"wear: the bound fails after {span}{1e3 * (chosen - window.below):.2g} mm, at {window.below:.5g} m {fails}"
+
+
+def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
+    """Sentences on why no ring serves."""
+    rings = table.dropna(subset="ring_radius_m")
+    worst = rings.groupby("ring_radius_m")["tooth_ratio"].agg(lambda values: values.max(skipna=False)).dropna()
+    bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} at every speed"
+    if worst.empty:
+        return [f"no ring can be chosen: none of these has a result at every speed, to keep {bound}"]
+    least = rings[rings["ring_radius_m"] == worst.idxmin()]
+    row = least.loc[least["tooth_ratio"].idxmax()]
+    arc = max(ARCS, key=lambda arc: row[f"{arc}_peak_n"])
+    sentences = []
+    if kept := windows(rule.kept(table)):
+        widest = max(kept, key=lambda window: window.last - window.first)
+        if rule.wear and widest.last - widest.first < rule.wear:
+            width = 1e3 * (widest.last - widest.first)
+            why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {width:.2g} mm"
+        else:
+            why = (
+                f"with rings up to {SPAN:.1%} larger a tooth bears more than {rule.tooth_force:g} of the largest "
+                "force without a ring"
+            )
+        sentences.append(f"no ring of these serves: {'; '.join(map(str, kept))} keep {bound}, but {why}")
+        if widest.last - widest.first < NARROW:
+            sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")
+    else:
+        sentences.append(f"no ring of these keeps {bound}")
+    sentences.append(
+        f"the least share that any keeps at every speed is {row['tooth_ratio']:.2f}: {row['ring_radius_m']:.5g} m, "
+        f"at {row['rpm']:g} rpm, on the {arc} arc"
+    )
+    touching = rings[rings["right_share_pct"] >= TOUCHING]
+    free = set(rings["ring_radius_m"]) - set(touching["ring_radius_m"])
+    back = touching[touching["ring_radius_m"] > min(free, default=float("inf"))]
+    if len(back):
+        first = back.loc[back["ring_radius_m"].idxmin()]
+        sentences.append(
+            f"the right arc comes back at {first['ring_radius_m']:.5g} m: {first['right_share_pct']:.2g} % of a turn "
+            f"at {first['rpm']:g} rpm"
+        )
+    elif not free:
+        sentences.append("the right arc is never free")
+    tight = rings.loc[rings["ring_radius_m"].idxmax()]
+    tension = f"tension of the strand {significant(float(tight['tension_ratio']))} {WITHOUT}"
+    return [*sentences, f"the largest ring of the study, {tight['ring_radius_m']:.5g} m: {tension}"]
+
+
+def _by_durations(rings: pd.DataFrame, durations: DurationRule) -> str:
+    """Sentence on the ring by the durations of the paper, and the force of a tooth with it."""
+    bounds = (
+        f"right arc below {TOUCHING:g} %, left arc at most a tooth's share of a turn and {durations.margin:g} points"
+    )
+    radius = durations.radius(rings)
+    rows = rings[rings["ring_radius_m"] == radius]
+    force = f"; {_worst(rows)}" if len(rows) and rows["tooth_ratio"].notna().all() else ""
+    return f"by contact durations, as the paper argues ({bounds}): {_radius(radius)}{force}"
+
+
+def _worst(rows: pd.DataFrame) -> str:
+    """What the force of a tooth is at the speed where it is the largest share."""
+    if rows["tooth_ratio"].isna().any():
+        return f"is not known at {rows.loc[rows['tooth_ratio'].isna(), 'rpm'].iloc[0]:g} rpm"
+    row = rows.loc[rows["tooth_ratio"].idxmax()]
+    return f"a tooth bears {row['tooth_ratio']:.2f} {WITHOUT} at {row['rpm']:g} rpm"
+
+
+def _span(values: pd.Series) -> str:
+    return " to ".join(dict.fromkeys(significant(float(value)) for value in (values.min(), values.max())))
+
+
+def _radius(radius: float) -> str:
+    return f"{radius:.4g} m" if radius == radius else "none"
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd.DataFrame:
+    """Return rows of `with_tooth_forces`, by speed, of the rings to compare; ``ring`` says which each is.
+
+    These are no ring, the one to choose and its neighbours, a millimetre or more away where there are such, the one by
+    durations, and the one with the least force of a tooth.
+    """
+    table = with_tooth_forces(study)
+    radii, chosen = sorted(table["ring_radius_m"].dropna().unique()), rule.radius(study)
+    worst = table.groupby("ring_radius_m")["tooth_ratio"].agg(lambda values: values.max(skipna=False)).dropna()
+    names: dict[float, list[str]] = {}
+    below, above = ([r for r in radii if sign * (r - chosen) > 0] for sign in (-1, 1))
+    for name, near, far in (
+        ("smaller", below[-1:], [r for r in below if chosen - r >= 2 * NARROW - 1e-9][-1:]),
+        ("recommended", [chosen] if chosen == chosen else [], []),
+        ("larger", above[:1], [r for r in above if r - chosen >= 2 * NARROW - 1e-9][:1]),
+        ("by durations", [] if (radius := durations.radius(study)) != radius else [radius], []),
+        ("least force", [worst.idxmin()] if len(worst) else [], []),
+    ):
+        for radius in far or near:
+            names.setdefault(radius, []).append(name)
+    named = table["ring_radius_m"].map({radius: ", ".join(words) for radius, words in names.items()})
+    table["ring"] = named.mask(table["ring_radius_m"].isna(), "none")
+    return table.dropna(subset="ring").sort_values(["rpm", "ring_radius_m"], na_position="first")
