@@ -98,4 +98,4 @@ rule coverage:
         kernels=KERNELS,
     output: f"{L}/coverage.csv"
     log: f"{L}/logs/coverage.log"
-    script: "../plausible/coverage.py"
+    script: "../plausible/intervals.py"
