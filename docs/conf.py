@@ -9,6 +9,7 @@ from io import StringIO
 from pathlib import Path
 
 import pandas as pd
+from sphinx.ext import autosummary
 
 from trackdyn import __version__
 from trackdyn.commands.cli import app
@@ -38,6 +39,8 @@ html_static_path = ["site/site.css"]
 html_css_files = ["site.css"]
 html_copy_source = False
 napoleon_google_docstring = False
+# summaries end with their sentence, and not at these
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("Eq.", "Eqs.", "Fig.", "Sect.", "Ref.")
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 

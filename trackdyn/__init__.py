@@ -22,12 +22,16 @@ _MODULES = {
     "Rig": "trackdyn.rig.rig",
     "Scene": "trackdyn.scene.scene",
     "TrackdynError": "trackdyn.inputs.errors",
+    "RingRule": "trackdyn.measure.ring_rule",
+    "SensorMapping": "fieldtest.sensor_mapping",
     "__version__": "trackdyn.version",
     "check": "trackdyn.simulation.rig_check",
     "compare": "fieldtest.compare",
+    "export": "trackdyn.measure.export",
     "load_recording": "trackdyn.simulation.recording",
     "load_rig": "trackdyn.rig.rig",
     "measures": "trackdyn.measure.measures",
+    "plan": "trackdyn.measure.planner",
     "read_sensor": "fieldtest.sensor_csv",
     "ring_study": "trackdyn.sweeps.ring",
     "sense": "trackdyn.measure.sensor",
@@ -41,7 +45,10 @@ if TYPE_CHECKING:
     from trackdyn.inputs.errors import DivergenceError as DivergenceError
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
+    from trackdyn.measure.export import export as export
     from trackdyn.measure.measures import measures as measures
+    from trackdyn.measure.planner import plan as plan
+    from trackdyn.measure.ring_rule import RingRule as RingRule
     from trackdyn.measure.sensor import sense as sense
     from trackdyn.plots.show import show as show
     from trackdyn.rig.rig import Rig as Rig
@@ -56,7 +63,8 @@ if TYPE_CHECKING:
     from trackdyn.sweeps.sweep import sweep as sweep
     from trackdyn.version import __version__ as __version__
 
-    compare: Any  # of `fieldtest`, which imports this package
+    SensorMapping: Any  # of `fieldtest`, which imports this package
+    compare: Any
     read_sensor: Any
 else:  # to a type checker every name would then be one of the package
 

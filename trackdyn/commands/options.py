@@ -94,9 +94,20 @@ def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0)
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 
 
+def _rigs(incomplete: str) -> list[str]:
+    """Return included rigs for the completion of a shell, which goes on with files where none begins so."""
+    from trackdyn.rig.rig_file import shipped_rigs
+
+    return [name for name in shipped_rigs() if name.startswith(incomplete)]
+
+
+def _measures(incomplete: str) -> list[str]:
+    return [name for name in TOLERATED if name.startswith(incomplete)]
+
+
 _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
-RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help=_RIG)]
-RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG)]
+RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help=_RIG, autocompletion=_rigs)]
+RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG, autocompletion=_rigs)]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 RingRadius = Annotated[
     Ring | None,
@@ -122,6 +133,7 @@ Measures = Annotated[
     typer.Option(
         "--measure",
         metavar="NAME",
+        autocompletion=_measures,
         help=f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}; may be given several times.",
     ),
 ]

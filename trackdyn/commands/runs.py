@@ -23,6 +23,7 @@ def simulate(
         str | None,
         typer.Option(
             metavar="NAME",
+            autocompletion=lambda: ["fast", "standard", "paper", "reference"],
             help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
         ),
     ] = None,

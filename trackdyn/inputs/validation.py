@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache, wraps
-from inspect import isfunction, signature
+from inspect import Parameter, Signature, isfunction, signature
 from math import isfinite
 from numbers import Real
 from pathlib import Path
 from sys import float_info
-from types import UnionType
+from types import SimpleNamespace, UnionType
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -30,6 +30,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSe
 
 from trackdyn.inputs.errors import InputError, naming, shown
 
+FROM_THE_RIG = "of the rig"  # default of what is worked out from the rig beside it
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -55,6 +56,17 @@ class _Sentences(ModelMetaclass):
             except TypeError as misfit:
                 raise InputError(f"{cls.__name__.lower()}: {misfit}") from None
             raise error
+
+    def __dir__(cls) -> list[str]:
+        """Return the names that are of use here, for completion and ``help``: not pydantic's own."""
+        return [name for name in super().__dir__() if not _of_pydantic(name)]
+
+
+def _of_pydantic(name: str) -> bool:
+    return name not in ("model_copy", "__doc__", "__init__") and (name in _INHERITED or name.startswith("__pydantic_"))
+
+
+_INHERITED = frozenset(vars(BaseModel)) | {"__annotations__", "__private_attributes__", "__signature__"}
 
 
 def _refuse_change(owner: Any, name: str) -> NoReturn:
@@ -89,6 +101,28 @@ class Section(BaseModel, metaclass=_Sentences):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Show in ``help`` the types and defaults of the fields, without validators."""
+        fields = {name: info.annotation for name, info in cls.model_fields.items()}
+        types = get_type_hints(SimpleNamespace(__annotations__=fields))
+        own = signature(cls.__init__).parameters.values()
+        first = {p.name: p for p in own if p.kind is not p.VAR_KEYWORD and p.name not in ("self", "data")}
+        for name, info in cls.model_fields.items():
+            default = Parameter.empty if info.is_required() else info.default
+            if info.default_factory is not None:
+                default = (
+                    FROM_THE_RIG
+                    if info.default_factory_takes_validated_data
+                    else info.get_default(call_default_factory=True)
+                )
+            first.setdefault(name, Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=types[name]))
+        cls.__signature__ = Signature([*first.values()])
+
+    def __dir__(self) -> list[str]:
+        """Return the names that are of use here, for completion: not pydantic's own."""
+        return [name for name in super().__dir__() if not _of_pydantic(name)]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in type(self).model_fields:

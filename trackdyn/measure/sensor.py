@@ -1,6 +1,7 @@
 """The acceleration sensor on the link (Eq. 40), its sampling and its range, and the measures of its record."""
 
 from dataclasses import dataclass
+from html import escape
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,15 @@ class SensorSignal:
     rate: float  # sampling rate, Hz
     clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
 
-    def plot(self, axes: Any = None) -> Any:
+    def __repr__(self) -> str:
+        """Return one line: length, rate, and RMS of both accelerations."""
+        rms = ", ".join(f"{name} {np.sqrt(np.mean(getattr(self, name) ** 2)):.4g} g RMS" for name in ("ax", "ay"))
+        return f"<SensorSignal: {len(self.time)} samples at {self.rate:g} Hz; {rms}; {self.clipped} clipped>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame()._repr_html_()}"
+
+    def plot(self, ax: Any = None) -> Any:
         """Draw both accelerations over time, in a new figure by default; returns the axes.
 
         ``axes.figure.savefig("acceleration.png")`` writes them.
@@ -38,7 +47,7 @@ class SensorSignal:
 
         named = {"ay, along the outward normal of the link": self.ay, "ax, along the link": self.ax}
         labels = {"xlabel": "time (s)", "ylabel": "acceleration (g)", "title": "Sensor on the link"}
-        return pd.DataFrame(named, index=self.time).plot(ax=axes, **labels)
+        return pd.DataFrame(named, index=self.time).plot(ax=ax, **labels)
 
     def to_frame(self) -> "pd.DataFrame":
         """Return times (s) and accelerations (g) as a table of ``t_s, ax_g, ay_g``."""

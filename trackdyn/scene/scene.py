@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import FrozenDict, Positive, Section, plain_count, plain_number, shown
+from trackdyn.inputs.notebook import html_table
+from trackdyn.inputs.validation import FROM_THE_RIG, FrozenDict, Positive, Section, plain_count, plain_number, shown
 from trackdyn.model.constants import Model
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
@@ -24,7 +25,6 @@ FASTEST = 1e5  # rev/min; the tests run 10,000
 MOST_STEPS = 1e10  # a day of computing
 MARGIN = 0.7  # share of the step limit at the pre-tension: with a larger ring the loop settles tighter
 
-FROM_THE_RIG = "of the rig"
 # Fields that concern only the record.
 RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link")
 
@@ -97,6 +97,7 @@ class Scene(Choices):
     def __init__(
         self, rig: Rig, motor_rpm: float, ring_radius: Any = FROM_THE_RIG, *, preset: str | None = None, **fields: Any
     ):
+        """Make a scene; `InputError` says which field is not possible."""
         if preset is not None:
             bundle = preset_fields(preset)
             if preset == "standard":
@@ -247,6 +248,17 @@ class Scene(Choices):
         """Return one line: speed, ring, length and step."""
         ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
         return f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
+
+    def rows(self) -> dict[str, str]:
+        """Return what runs in words, by name, as a notebook shows it."""
+        ring = "none" if self.ring_radius is None else f"{self.ring_radius:g} m"
+        times = {name.replace("_", "-"): f"{getattr(self, name):g} s" for name in ("duration", "lead_in", "ramp")}
+        choices = {name.replace("_", " "): choice.setting.replace("_", " ") for name, choice in self.fidelity.items()}
+        head = {"rig": self.rig.summary, "motor speed": f"{self.motor_rpm:g} rev/min", "ring radius": ring}
+        return head | times | {"step": f"{self.time_step:g} s"} | choices
+
+    def _repr_html_(self) -> str:
+        return html_table("Scene", self.rows())
 
     def __repr__(self) -> str:
         """Return one line: speed, ring, length and step, and the rig."""

@@ -14,6 +14,7 @@ import numpy as np
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.inputs.memory import free_memory
+from trackdyn.inputs.notebook import html_table
 from trackdyn.inputs.validation import shown, typed, within
 from trackdyn.jit import source_hash
 from trackdyn.model.arrays import SIDES, Record, Samples
@@ -73,6 +74,16 @@ class Recording(Samples):
         """Two lines: what was recorded, of which scene."""
         state = self.resolution.state
         return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {state}; of\n {self.scene!r}>"
+
+    def _repr_html_(self) -> str:
+        pitches = f"{len(self.pitches)} of {self.scene.rig.chain.pitches}"
+        record = {
+            "record": f"{self.seconds:g} s, {len(self.time)} samples at {self.rate:g} Hz",
+            "sensors": ", ".join([*self.sensors][:8]) + ", ..." * (len(self.sensors) > 8),
+            "pitches with contacts": pitches if len(self.pitches) > 8 else ", ".join(map(str, self.pitches)) or "none",
+            "resolved": self.resolution.state, "trackdyn": self.meta["versions"].get("trackdyn", "unknown"),
+        }  # fmt: skip
+        return html_table("Recording", record | self.scene.rows())
 
     ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
 
