@@ -150,7 +150,7 @@ class _Code:
     def save_overload(self, signature, code) -> None:
         """Store the code of a signature."""
         try:
-            if self.cache_path and not (code.lifted or code.library.has_dynamic_globals):  # addresses of this process
+            if self.cache_path and not (code.lifted or code.library.has_dynamic_globals):  # addresses of one process
                 file = self._file(signature)
                 keep_current(file, self._dumps(((file.name, signature), self._reduce(code))))
         except (AttributeError, TypeError) as error:

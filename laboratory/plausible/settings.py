@@ -51,6 +51,14 @@ class Engaged(Section):
     share_pct: Positive
 
 
+class Start(Section):
+    """What a search sets (``fields`` of the rig), its own ``unknowns``, and the ``values`` by unknown of its start."""
+
+    fields: dict[str, float]
+    unknowns: list[Unknown]
+    values: dict[str, float]
+
+
 class Search(Section):
     """A search (`search.Searching`): radii (m) of a row by speed (rev/min); by name what each looks for: values that it
     sets, unknowns in other ranges than those of a draw, and where it starts; differences of the first Jacobian, as a
@@ -58,17 +66,9 @@ class Search(Section):
     """
 
     radii_m: dict[float, list[float | None]]
-    searches: dict[str, "Start"]
+    searches: dict[str, Start]
     difference: Positive
     rows: Count
-
-
-class Start(Section):
-    """What a search sets (``fields`` of the rig), its own ``unknowns``, and the ``values`` by unknown of its start."""
-
-    fields: dict[str, float]
-    unknowns: list[Unknown]
-    values: dict[str, float]
 
 
 class Friction(Section):

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache, wraps
@@ -106,7 +107,9 @@ class Section(BaseModel, metaclass=_Sentences):
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Show in ``help`` the types and defaults of the fields, without validators."""
         fields = {name: info.annotation for name, info in cls.model_fields.items()}
-        types = get_type_hints(SimpleNamespace(__annotations__=fields))
+        types = fields
+        with suppress(NameError):  # a section that is defined further down
+            types = get_type_hints(SimpleNamespace(__annotations__=fields))
         own = signature(cls.__init__).parameters.values()
         first = {p.name: p for p in own if p.kind is not p.VAR_KEYWORD and p.name not in ("self", "data")}
         for name, info in cls.model_fields.items():

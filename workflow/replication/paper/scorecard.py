@@ -245,7 +245,8 @@ def distance_sentence(draws: pd.DataFrame) -> str:
     parts = [f"{rows.isna().sum()} of {len(rows)} {name}" for name, rows in ran["radius"].groupby(bins, observed=False)]
     without = 100 * ran["radius"].isna().mean()
     return (
-        f"The ring that our rule recommends lies {sides[0]}, the radius at which links and teeth have one pitch "
+        "The rule by durations (that by the force of a tooth was not tried on these tracks) recommends a ring that "
+        f"lies {sides[0]}, the radius at which links and teeth have one pitch "
         f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm). By other readings of that radius it lies "
         f"{_listed(sides[1:])}. For {without:.0f} % of the tracks there is none: by the creep slope of the ring for "
         f"{_listed(parts)}."
