@@ -31,8 +31,7 @@ def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
     """Return the rigs by draw that a table of judged draws calls engaged, in the order of the draws."""
     table = pd.read_csv(draws)
     engaged = set(table.loc[table["engaged"] == 1, "draw"])
-    rigs = {track.draw: track.rig for track in drawn_rigs(config) if track.draw in engaged and track.rig is not None}
-    return dict(list(rigs.items())[: config.grip.tracks])
+    return {track.draw: track.rig for track in drawn_rigs(config) if track.draw in engaged and track.rig is not None}
 
 
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
@@ -121,5 +120,7 @@ def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: P
 def main(job) -> None:
     """Rule `grip_table`."""
     config = load_plausible(job.input.config)
+    tracks = engaged_rigs(config, job.input.draws)  # of all draws, also for the short form
     config = config.shortened() if job.params.short else config
-    write_csv(job.output[0], grip(config, engaged_rigs(config, job.input.draws), job.threads, job.params.store))
+    chosen = dict(list(tracks.items())[: config.grip.tracks])
+    write_csv(job.output[0], grip(config, chosen, job.threads, job.params.store))
