@@ -169,6 +169,7 @@ def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
     wheel = rows["kind"] != FLANK
     np.testing.assert_allclose(components(rows[wheel], "friction"), force[wheel], rtol=1e-9)
     touched = led != 0
+    touched[: len(work.tooth_force)] = False  # teeth without a mobility take all of it at once
     assert (np.abs(begun[touched]) < np.abs(led[touched])).all() and (begun * led >= 0).all()
 
 

@@ -154,8 +154,9 @@ def test_shares_of_work_are_no_contact_durations(recording):
 
 def test_a_long_history_keeps_its_extremes(recording):
     ay = np.zeros(50_000)
-    longer = replace(recording, mean=np.zeros((50_000, 1, 3)), time=np.arange(50_000) / recording.rate)
-    longer.mean[[1234, 40_321], 0, 1] = 5.0, -7.0
+    mean = np.zeros((50_000, 1, 3))
+    mean[[1234, 40_321], 0, 1] = 5.0, -7.0
+    longer = replace(recording, mean=mean, time=np.arange(50_000) / recording.rate)
     whole = signal(longer, None)["whole"]
     g = recording.scene.rig.gravity
     assert len(whole["low"]) == 2000 < len(ay)
