@@ -315,14 +315,14 @@ def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it_as_said():
 def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path, monkeypatch):
     """One scene against the recording that the pipeline makes of it; a second call computes no row again."""
     monkeypatch.chdir(tmp_path)
-    line = ["ring", "bench", "--rpm", "210", "--radii", "0.307", "--out", "mine", "-j1"]
+    line = ["ring", "bench", "--rpm", "210", "--radii", "0.3085", "--out", "mine", "-j1"]
     done = run_command(*line)
     assert done.code == 0 and "look at mine/ring.html" in done.out
     table = pd.read_csv("mine/ring.csv")
-    assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
+    assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.3085] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
     rule = StopRule()
-    recording, known = run_steady(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule)), rule)
+    recording, known = run_steady(Scene(rig, 210.0, 0.3085, **steady_fields(rig, 210.0, rule)), rule)
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name
@@ -333,5 +333,5 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
     done = run_command(*line)
-    assert done.code == 0 and "recommended: a ring of radius 0.307 m" in done.out
+    assert done.code == 0 and "recommended: a ring of radius 0.3085 m" in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
