@@ -247,6 +247,31 @@ def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
     assert said[1] == "the window is narrower than 0.5 mm, which a ring as made may miss"
 
 
+def test_without_a_ring_that_serves_it_is_looked_for_beside_the_least_force(monkeypatch):
+    """A window of 1.4 mm between two radii 2.5 mm apart, as on the rig m113."""
+
+    def well(radius, rpm):
+        return 2000.0 if 0.3046 <= radius <= 0.306 else 8000.0 + 2e6 * abs(radius - 0.306)
+
+    made, run = made_up_study(monkeypatch, [0.2990, 0.3015, 0.3040, 0.3065, 0.3090], well)
+    assert 0.3046 <= RULE.radius(made) < 0.3051 and len(run[-1]) <= 12
+
+
+def test_how_a_ring_that_gives_way_in_shear_would_do_is_said():
+    grips = pd.DataFrame(
+        {"rpm": 210.0, "shear_stiffness": [1e6, 3e4], "tooth_ratio": [1.13, 0.47], "mobilised_friction": [0.1, 0.017]}
+    )
+    sentence = advice(study(), RULE, DURATIONS, grips)[4]
+    assert sentence == (
+        "if the ring gives way in shear instead (friction_law: dahl), the force of a tooth at 210 rpm is 0.47 of that "
+        "without a ring with 30 kN/m a link, a friction of 0.017 in use and 1.13 of that without a ring with 1000 kN/m "
+        "a link, a friction of 0.1 in use: the choice depends on how much the ring grips"
+    )
+    both = advice(study(), RULE, DURATIONS, grips.assign(tooth_ratio=[0.5, float("nan")]))[4]
+    assert "no result with 30 kN/m" in both and both.endswith("grips")
+    assert advice(study(), RULE, DURATIONS, grips.assign(tooth_ratio=0.5))[4].endswith("the ring serves with both")
+
+
 def test_a_window_claims_only_radii_that_were_run():
     """The middle of a gap is no end of a window, and how far its radii lie apart is said."""
     kept = {0.3: False, 0.302: True, 0.3045: True, 0.305: True, 0.31: False, 0.312: True}
@@ -334,4 +359,5 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
     done = run_command(*line)
     assert done.code == 0 and "recommended: a ring of radius 0.3085 m" in done.out
+    assert "with 30 kN/m a link, a friction of " in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}

@@ -87,7 +87,7 @@ def ring(
     from trackdyn.rig.rig_file import rig_path
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
-    from trackdyn.sweeps.ring import ring_study
+    from trackdyn.sweeps.ring import other_grips, ring_study
 
     loaded = load_rig(rig)
     judge, durations = RingRule(tooth_force, wear), DurationRule(loaded.sprocket.teeth)
@@ -105,7 +105,10 @@ def ring(
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
     _check_meshing(study)
     notes = [*filter(None, [replaced, foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    sentences = advice(study, judge, durations)
+    chosen = judge.radius(study)
+    of_friction = (jobs, out / "rows", not quiet, steps)
+    grips = other_grips(loaded, study, chosen, *of_friction) if chosen == chosen else None
+    sentences = advice(study, judge, durations, grips)
     about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge, durations))}
     with noting(inputs, *outputs):
         _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)

@@ -21,11 +21,14 @@ from trackdyn.measure.ring_rule import (
 WITHOUT = "of that without a ring"
 
 
-def advice(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> list[str]:
+def advice(
+    study: pd.DataFrame, rule: RingRule, durations: DurationRule, grips: pd.DataFrame | None = None
+) -> list[str]:
     """Return sentences on a study: the ring to choose first, then its force, price and wear; or why no ring serves.
 
     After these the windows of radii in which the force is as small, the right arc is free and a tooth drives; the
-    choice with other shares, and by the durations of the paper.
+    choice with other shares, and by the durations of the paper. ``grips`` are runs of the recommended ring with another
+    law of its friction (`sweeps.ring.other_grips`).
     """
     table = with_tooth_forces(study)
     rings, bare = table.dropna(subset="ring_radius_m"), table[table["ring_radius_m"].isna()]
@@ -34,7 +37,7 @@ def advice(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> list
         speeds = _listed([f"{rpm:g}" for rpm in unknown])
         sentences = [f"no ring can be chosen: the force of a tooth without a ring at {speeds} rpm is not known"]
     elif (chosen := rule.radius(study)) == chosen:
-        sentences = _choice(table, rule, chosen)
+        sentences = _choice(table, rule, chosen) + ([] if grips is None else [_other_grips(grips, rule)])
     else:
         sentences = _none(table, rule)
     free, driven = (
@@ -93,6 +96,20 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
     return [*sentences, _wear(table, rule, chosen, window)]
 
 
+def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
+    """Sentence on the force of a tooth with a ring that is soft or hard in shear."""
+    words = []
+    for row in grips.sort_values("shear_stiffness").itertuples():
+        force = "no result" if row.tooth_ratio != row.tooth_ratio else f"{row.tooth_ratio:.2f} {WITHOUT}"
+        used = getattr(row, "mobilised_friction", float("nan"))
+        used = "" if used != used else f", a friction of {significant(float(used), 2)} in use"
+        words.append(f"{force} with {1e-3 * row.shear_stiffness:g} kN/m a link{used}")
+    hold = grips["tooth_ratio"] <= rule.tooth_force
+    verdict = "the ring serves with both" if hold.all() else "the choice depends on how much the ring grips"
+    law = "if the ring gives way in shear instead (friction_law: dahl)"
+    return f"{law}, the force of a tooth at {grips['rpm'].iloc[0]:g} rpm is {_listed(words)}: {verdict}"
+
+
 def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
     """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
     bare = table[table["ring_radius_m"].isna()].set_index("rpm").reindex(rows["rpm"]).reset_index()
@@ -121,7 +138,7 @@ def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) ->
 def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     """Sentences on why no ring serves."""
     rings = table.dropna(subset="ring_radius_m")
-    worst = rings.groupby("ring_radius_m")["tooth_ratio"].agg(lambda values: values.max(skipna=False)).dropna()
+    worst = rule.worst(table)
     bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} at every speed"
     if worst.empty:
         return [f"no ring can be chosen: none of these has a result at every speed, to keep {bound}"]
@@ -203,7 +220,7 @@ def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd
     """
     table = with_tooth_forces(study)
     radii, chosen = sorted(table["ring_radius_m"].dropna().unique()), rule.radius(study)
-    worst = table.groupby("ring_radius_m")["tooth_ratio"].agg(lambda values: values.max(skipna=False)).dropna()
+    worst = rule.worst(table)
     names: dict[float, list[str]] = {}
     below, above = ([r for r in radii if sign * (r - chosen) > 0] for sign in (-1, 1))
     for name, near, far in (

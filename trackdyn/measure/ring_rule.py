@@ -6,7 +6,7 @@ Bounds do not depend on which radii a study has, so that no end of their range m
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from math import floor
+from math import ceil, floor
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -191,6 +191,12 @@ class RingRule(_Smallest):
             for radius, serves in super().serving(study).items()
         }
 
+    @staticmethod
+    def worst(study: pd.DataFrame) -> pd.Series:
+        """Return the largest force of a tooth at any speed over that without a ring, by radius (m); without NaN."""
+        ratios = with_tooth_forces(study).groupby("ring_radius_m")["tooth_ratio"]
+        return ratios.agg(lambda values: values.max(skipna=False)).dropna()
+
     def decided(self, study: pd.DataFrame) -> float:
         """Return the radius to choose if a bound must be kept by `DECIDED` of its standard errors, m; or NaN."""
         serves = self.serving(study, DECIDED)
@@ -199,9 +205,9 @@ class RingRule(_Smallest):
     def refined(self, study: pd.DataFrame) -> list[float]:
         """Return radii, m, by which a study would say more of its choice; empty if that is known to `NARROW`.
 
-        The middle of the gap below the choice, and below the window that it may wear through; without a choice, of the
-        gaps beside windows that are too narrow. Radii at most `SPAN` apart from the smallest that it may wear to, to
-        `SPAN` above it.
+        Inside the gap below the choice, and below the window that it may wear through; without a choice, inside the
+        gaps beside windows that are too narrow, or beside the ring that is nearest to the bound. Radii at most `SPAN`
+        apart from the smallest that it may wear to, to `SPAN` above it.
         """
         radii = sorted(study["ring_radius_m"].dropna().unique())
         serves, found = self.serving(study), windows(self.kept(study))
@@ -223,7 +229,13 @@ class RingRule(_Smallest):
             # where it would be the smallest that has worn by as much
             if self.wear and window.first + self.wear <= window.last:
                 more.append(window.first + self.wear + 0.5 * 10**-ROUNDED)
-        more += [(low + high) / 2 for low, high in gaps if high - low > NARROW]
+        if not found and len(least := self.worst(study)):
+            near = radii.index(least.idxmin())
+            gaps = list(pairwise(radii[max(near - 1, 0) : near + 2]))
+        for low, high in gaps:
+            parts = ceil((high - low) / NARROW - 1e-9) if high - low > NARROW else 1
+            # three at once cost as much as two in turn, and no second start of processes
+            more += [low + (high - low) * k / parts for k in range(1, parts)] if parts <= 3 else [(low + high) / 2]
         if chosen == chosen:
             spanned = [radius for radius in radii if chosen - self.wear <= radius <= chosen * (1 + SPAN)]
             if self.wear:

@@ -11,12 +11,14 @@ from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule, with_tooth_forces
 from trackdyn.measure.stopping import check_driven
-from trackdyn.rig.rig import Rig
+from trackdyn.rig.rig import Rig, parameter_table
+from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.scene.rings import least_ring, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import computed_rows, row_of
 
+SHEAR_STIFFNESS = "ring_contact.shear_stiffness"
 SCENE_COLUMNS, OUTCOME_COLUMNS = ["rpm", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
 
 
@@ -67,19 +69,43 @@ def ring_study(
     return study
 
 
+def other_grips(
+    rig: Rig,
+    study: pd.DataFrame,
+    radius: float,
+    jobs: int | None = None,
+    store: Path | str | None = None,
+    progress: bool = False,
+    step: Sequence[float] = (),
+) -> pd.DataFrame:
+    """Run a ring of a study with Dahl's law, soft and hard in shear, at the speed where a tooth bears most of none.
+
+    The stiffnesses are the ends of the range of the default rig's file. Arguments are those of `ring_study`, ``radius``
+    is in m. The table has `ring_study`'s columns, and ``shear_stiffness`` (N/m a link), a row each.
+    """
+    rows = study[study["ring_radius_m"] == radius]
+    rpm = float(rows.loc[rows["tooth_ratio"].idxmax(), "rpm"])
+    range_of = parameter_table(DEFAULT).set_index("name").loc[SHEAR_STIFFNESS]
+    stiffnesses = [float(range_of["low"]), float(range_of["high"])]
+    others = [rig.changed(ring_contact__friction_law="dahl", ring_contact__shear_stiffness=k) for k in stiffnesses]
+    bare = study[study["ring_radius_m"].isna() & (study["rpm"] == rpm)]
+    table = _study([Scene(other, rpm, radius) for other in others], step, jobs, store, progress)
+    return with_tooth_forces(pd.concat([bare, table])).iloc[len(bare) :].assign(shear_stiffness=stiffnesses)
+
+
 def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bool) -> pd.DataFrame:
-    """Table of the scenes of a study. Raises `InputError`: a scene has no chain that is driven on its wheels."""
+    """Table of scenes of one sprocket, by radius and speed. Raises `InputError`: a scene has no driven chain."""
     for scene in scenes:  # before anything runs
         check_driven(scene)
     rig = scenes[0].rig
-    rule, content = StopRule(passages=rig.sprocket.teeth), rig.model_dump()
+    rule, contents = StopRule(passages=rig.sprocket.teeth), {id(scene.rig): scene.rig.model_dump() for scene in scenes}
     stop_rule = {name: float(getattr(rule, name)) for name in ("share_pct", "force", "passages")}
     steps = {"step": float(step[0]) if len(step) == 1 else list(map(float, step))} if step else {}
     rows = []
     for scene in scenes:
         fields: dict = {"motor_rpm": scene.motor_rpm, "ring_radius": scene.ring_radius}
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
-        rows.append(row_of({"rig": content, "changes": {}, "scene": fields, "stop_rule": stop_rule}))
+        rows.append(row_of({"rig": contents[id(scene.rig)], "changes": {}, "scene": fields, "stop_rule": stop_rule}))
     results = computed_rows(rows, jobs, store, "ring" if progress else "")
     outcomes = pd.DataFrame(results).drop(columns="values")
     table = pd.DataFrame([result["values"] for result in results]).assign(**outcomes)
