@@ -79,10 +79,6 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
             if errors < DECIDED
             else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
         )
-    kept = rule.kept(table)
-    if larger := [radius for radius in kept if chosen < radius <= chosen * (1 + SPAN) and not kept[radius]]:
-        loaded = "; ".join(f"{radius:.5g} m: {_worst(table[table['ring_radius_m'] == radius])}" for radius in larger)
-        sentences.append(f"a ring within {SPAN:.1%} above it may load a tooth by more, {loaded}")
     if len(untouched := rows.loc[rows["tooth_peak_n"] == 0, "rpm"]):
         speeds = _listed([f"{rpm:g}" for rpm in untouched])
         sentences.append(f"friction drive: no tooth is touched at {speeds} rpm, the ring drives alone")
@@ -92,7 +88,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
             f"the ring's grip: a friction of {_span(rows['mobilised_friction'])} is in use, its tangential over its "
             "normal force (mobilised friction)"
         )
-    window = next(window for window in windows(kept) if chosen in window.radii)
+    window = next(window for window in windows(rule.kept(table)) if chosen in window.radii)
     return [*sentences, _wear(table, rule, chosen, window)]
 
 
@@ -152,10 +148,8 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
             width = 1e3 * (widest.last - widest.first)
             why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {width:.2g} mm"
         else:
-            why = (
-                f"with rings up to {SPAN:.1%} larger a tooth bears more than {rule.tooth_force:g} of the largest "
-                "force without a ring"
-            )
+            beside = rings[rings["ring_radius_m"] == widest.above]
+            why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {_worst(beside)}"
         sentences.append(f"no ring of these serves: {'; '.join(map(str, kept))} keep {bound}, but {why}")
         if widest.last - widest.first < NARROW:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")

@@ -119,20 +119,20 @@ def windows(kept: Mapping[float, bool]) -> list[Window]:
 class _Smallest:
     """A rule that takes the smallest ring that keeps its bound, as do those within `SPAN` above it."""
 
-    def kept(self, study: pd.DataFrame) -> dict[float, bool]:
-        """Return whether a ring keeps the bound at every speed, by its radius (m); not where it is not known."""
+    def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
+        """Return whether a ring keeps the bound at every speed it was run at, by its radius (m)."""
         raise NotImplementedError
 
-    def allowed(self, study: pd.DataFrame) -> dict[float, bool]:
-        """Return whether a ring may be within `SPAN` above the one to choose, by its radius (m)."""
-        return self.kept(study)
+    def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
+        """Return whether a ring can be chosen, by its radius (m): one that was run at every speed of the study.
 
-    def serving(self, study: pd.DataFrame) -> dict[float, bool]:
-        """Return whether a ring can be chosen, by its radius (m)."""
-        kept, allowed = self.kept(study), self.allowed(study)
+        Bounds are kept by so many standard ``errors``, where the rule knows them.
+        """
+        kept, speeds = self.kept(study, errors), study.groupby("ring_radius_m")["rpm"].nunique()
         return {
-            radius: keeps and all(allowed[other] for other in allowed if radius < other <= radius * (1 + SPAN))
-            for radius, keeps in kept.items()
+            radius: bool(speeds[radius] == study["rpm"].nunique())
+            and all(kept[other] for other in kept if radius <= other <= radius * (1 + SPAN))
+            for radius in kept
         }
 
     def radius(self, study: pd.DataFrame) -> float:
@@ -145,12 +145,11 @@ class _Smallest:
 
 @dataclass(frozen=True)
 class RingRule(_Smallest):
-    """The rule: the smallest ring that halves the largest force of a tooth.
+    """The rule: the smallest ring that halves the largest force of a tooth, as do all within `SPAN` above it.
 
     That force is the largest in a passage, mean over passages, of the arc with more. With the ring it is at every speed
-    at most the share ``tooth_force`` of that without a ring. A ring as made may be larger: with those within `SPAN`
-    above it, no speed has more than that share of the largest force without a ring at any speed. A ring wears, and gets
-    smaller: rings down to ``wear`` (m) below keep the bound, too.
+    at most the share ``tooth_force`` of that without a ring. A ring as made may be larger, within `SPAN`. It wears, and
+    gets smaller: rings down to ``wear`` (m) below keep the bound, too.
 
     Raises `InputError`: the share is not above 0 and at most 1, the wear is negative or not finite.
     """
@@ -172,23 +171,17 @@ class RingRule(_Smallest):
         return f"tooth_peak_n <= {self.tooth_force:g} of that without a ring, smallest{wear}"
 
     def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring keeps the bound at every speed, by its radius (m), by so many standard ``errors``."""
+        """Return whether a ring keeps the bound, by so many standard ``errors``, by its radius (m)."""
         rings = with_tooth_forces(study).dropna(subset="ring_radius_m")
         keeps = rings["tooth_ratio"] + errors * rings["tooth_ratio_error"].fillna(0.0) <= self.tooth_force
         return keeps.groupby(rings["ring_radius_m"]).all().to_dict()
-
-    def allowed(self, study: pd.DataFrame) -> dict[float, bool]:
-        """Return whether the largest force at any speed is at most the share of the largest without a ring."""
-        forces = with_tooth_forces(study).groupby(study["ring_radius_m"].fillna(0.0))["tooth_peak_n"]
-        largest = forces.agg(lambda values: values.max(skipna=False))
-        return (largest <= self.tooth_force * largest.get(0.0, np.nan)).drop(0.0, errors="ignore").to_dict()
 
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
         """Return whether a ring can be chosen, also when it has worn, by its radius (m)."""
         first = {radius: window.first for window in windows(self.kept(study, errors)) for radius in window.radii}
         return {
-            radius: serves and radius in first and radius - first[radius] >= self.wear - 1e-9
-            for radius, serves in super().serving(study).items()
+            radius: serves and radius - first[radius] >= self.wear - 1e-9
+            for radius, serves in super().serving(study, errors).items()
         }
 
     @staticmethod
@@ -258,8 +251,8 @@ class DurationRule(_Smallest):
     teeth: int
     margin: ClassVar[float] = MARGIN_PCT
 
-    def kept(self, study: pd.DataFrame) -> dict[float, bool]:
-        """Return whether a ring keeps both bounds at every speed, by its radius (m)."""
+    def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
+        """Return whether a ring keeps both bounds at every speed it was run at, by its radius (m)."""
         rings = study.dropna(subset="ring_radius_m")
         keeps = (rings["right_share_pct"] < TOUCHING) & (rings["left_share_pct"] <= 100.0 / self.teeth + self.margin)
         return keeps.groupby(rings["ring_radius_m"]).all().to_dict()
