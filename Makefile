@@ -55,7 +55,7 @@ cluster: $(READY)
 	$(BIN)/python tests/workflow/cluster.py
 
 synthetic: $(READY)
-	$(BIN)/python -m replication.synthetic
+	$(BIN)/python -m trackdyn_replication.synthetic
 
 # versions stay, but for the packages in NEW and what these make necessary
 lock: $(READY)

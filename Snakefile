@@ -17,9 +17,9 @@ ROOT = Path(str(workflow.current_basedir))
 # The workflow runs from its own folder, with or without the packages installed elsewhere.
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
-from replication.pipeline.config import check_layers, read_layer, ring_name
-from replication.study.settings import STUDIES, longest_step, measured_scenes, parts_of, promised_scenes
-from replication.study.variants import SETTINGS
+from trackdyn_replication.pipeline.config import check_layers, read_layer, ring_name
+from trackdyn_replication.study.settings import STUDIES, longest_step, measured_scenes, parts_of, promised_scenes
+from trackdyn_replication.study.variants import SETTINGS
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.files import remove_abandoned
 from trackdyn.sources import imported_files, kernel_digest, meaning
@@ -46,7 +46,7 @@ try:
     LAYERS = [workflow.configfiles[-1], *workflow.configfiles[:-1]]
     CONFIG, RIG, SCENES = check_layers(LAYERS, dict(workflow.config_settings.config), update_config)
     if workflow.is_main_process: # a mistake in the claims is said before anything is simulated
-        from replication.paper.claims import load_claims
+        from trackdyn_replication.paper.claims import load_claims
 
         load_claims("config/claims.yaml")
 except TrackdynError as error:

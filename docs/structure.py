@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("trackdyn", "fieldtest", "workflow/replication", "laboratory")
+FOLDERS = ("trackdyn", "workflow/trackdyn_replication", "laboratory")
 PACKAGES = {Path(folder).name: ROOT / folder for folder in FOLDERS}
 # rooms beneath all, whose imports are no arrows
 GROUND = {"trackdyn." + name for name in ("by_reference", "errors", "extras", "files", "jit", "sources", "version")}

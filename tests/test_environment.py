@@ -9,11 +9,13 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
+from setuptools import find_packages
 
 from tests.conftest import ROOT
 from trackdyn.inputs.extras import EXTRAS
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = PYPROJECT["project"]
 LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{64})+)")  # its marker, its hashes
 
 
@@ -44,6 +46,12 @@ def test_the_lock_keeps_to_the_project(locked):
     for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
+
+
+def test_pip_installs_the_simulator_and_the_replication_and_no_other_name():
+    find = PYPROJECT["tool"]["setuptools"]["packages"]["find"]
+    installed = [name for place in find["where"] for name in find_packages(ROOT / place, include=find["include"])]
+    assert {name.partition(".")[0] for name in installed} == {"trackdyn", "trackdyn_replication"}
 
 
 WITHOUT_EXTRAS = """

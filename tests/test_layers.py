@@ -1,5 +1,5 @@
-"""Who may import whom: the simulator below the field test, the replication and the laboratory, in each rooms from
-the ground up; libraries in their corners; no circle.
+"""Who may import whom: the simulator below the replication and the laboratory, in each rooms from the ground up;
+libraries in their corners; no circle.
 """
 
 import ast
@@ -15,27 +15,21 @@ from trackdyn.sources import imported_files
 # a package: its folder, the packages below it, its files and rooms from the ground up; each imports those before it
 FOLDERS = {
     "trackdyn": ROOT / "trackdyn",
-    "fieldtest": ROOT / "fieldtest",
-    "replication": ROOT / "workflow/replication",
+    "trackdyn_replication": ROOT / "workflow/trackdyn_replication",
     "laboratory": ROOT / "laboratory",
 }
 BELOW = {
     "trackdyn": set(),
-    "fieldtest": {"trackdyn"},
-    "replication": {"trackdyn", "fieldtest"},
-    "laboratory": {"trackdyn", "fieldtest", "replication"},
+    "trackdyn_replication": {"trackdyn"},
+    "laboratory": {"trackdyn", "trackdyn_replication"},
 }
 ROOMS = {
     "trackdyn": (
         "inputs", "sources", "version", "by_reference", "jit", "model", "chain", "contact", "integrate", "rig",
-        "scene", "simulation", "measure", "sweeps", "plots", "commands",
+        "scene", "simulation", "measure", "sweeps", "plots", "fieldtest", "commands",
         "__init__", "__main__",
     ),
-    "fieldtest": (
-        "__init__", "sensor_mapping", "stamps", "text_file", "logger_text", "header", "columns", "samples",
-        "sensor_csv", "axes", "compare", "figures", "command",
-    ),
-    "replication": (
+    "trackdyn_replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
     "laboratory": ("__init__", "plausible", "report"),
@@ -51,10 +45,10 @@ COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrat
     "rig": {"numpy", "scipy", "pandas", "pydantic"},
 }
 CORNERS = {  # a library, and the rooms that alone may import it
-    "matplotlib": {"trackdyn.plots", "fieldtest.figures", "replication.report", "laboratory.report"},
-    "jinja2": {"trackdyn.plots", "replication.report", "laboratory.report"},
-    "plotly": {"trackdyn.plots", "replication.report", "laboratory.report"},
-    "exudyn": {"replication.peers"},
+    "matplotlib": {"trackdyn.plots", "trackdyn.fieldtest", "trackdyn_replication.report", "laboratory.report"},
+    "jinja2": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
+    "plotly": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
+    "exudyn": {"trackdyn_replication.peers"},
     "snakemake": set(),
 }
 
@@ -143,7 +137,7 @@ def test_parsing_the_workflow_reads_nothing_of_the_laboratory(tmp_path):
     script = tmp_path / "parsed.py"
     script.write_text("\n".join([*lines, (ROOT / "workflow/run.py").read_text(encoding="utf-8")]), encoding="utf-8")
     read = imported_files(script, ROOT)
-    assert FOLDERS["replication"] / "pipeline/config.py" in read
+    assert FOLDERS["trackdyn_replication"] / "pipeline/config.py" in read
     assert not [path for path in read if path.is_relative_to(FOLDERS["laboratory"])]
 
 
@@ -152,7 +146,7 @@ def test_only_commands_speak_of_options():
     for module, path in MODULES.items():
         package, room = room_of(module)
         said = re.findall(r"--[a-z]+", path.read_text(encoding="utf-8"))
-        assert package not in ("trackdyn", "fieldtest") or room in ("commands", "command") or not said, module
+        assert package != "trackdyn" or room == "commands" or not said, module
 
 
 def test_contributing_shows_the_imports_of_today():

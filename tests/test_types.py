@@ -7,7 +7,7 @@ from tests.conftest import ROOT
 SCRIPT = """
 import numpy as np
 
-from trackdyn import Loop, Recording, Rig, Scene, load_recording, load_rig, sense, simulate
+from trackdyn import Loop, Recording, Rig, Scene, SensorMapping, load_recording, load_rig, read_sensor, sense, simulate
 
 rig: Rig = load_rig("paper")
 scene: Scene = Scene(rig, motor_rpm=115, duration=20.0).with_(ramp=0.5)
@@ -18,11 +18,13 @@ step: float = scene.time_step
 pitches: tuple[int, ...] = scene.pitches
 teeth: int = rig.sprocket.teeth
 energy: dict[str, float] = Loop(scene).energy
+measured: np.ndarray = read_sensor("logger.csv", SensorMapping(unit="g")).ay
 """
 WRONG = (
     'from trackdyn import Scen', 'load_rig(3)', 'simulate(rig)', 'Scene(scene, motor_rpm=115)',
     'text: str = scene.time_step', 'name: str = rig.sprocket.teeth', 'sense(recording, every="2")',
     'signal: float = sense(recording)', 'energies: float = Loop(scene).energy', 'recording.rates',
+    'read_sensor("logger.csv", 3)', 'text: str = read_sensor("logger.csv").ay',
 )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ Examples
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 _MODULES = {
     "DivergenceError": "trackdyn.inputs.errors",
@@ -23,16 +23,16 @@ _MODULES = {
     "Scene": "trackdyn.scene.scene",
     "TrackdynError": "trackdyn.inputs.errors",
     "RingRule": "trackdyn.measure.ring_rule",
-    "SensorMapping": "fieldtest.sensor_mapping",
+    "SensorMapping": "trackdyn.fieldtest.sensor_mapping",
     "__version__": "trackdyn.version",
     "check": "trackdyn.simulation.rig_check",
-    "compare": "fieldtest.compare",
+    "compare": "trackdyn.fieldtest.compare",
     "export": "trackdyn.measure.export",
     "load_recording": "trackdyn.simulation.recording",
     "load_rig": "trackdyn.rig.rig",
     "measures": "trackdyn.measure.measures",
     "plan": "trackdyn.measure.planner",
-    "read_sensor": "fieldtest.sensor_csv",
+    "read_sensor": "trackdyn.fieldtest.sensor_csv",
     "ring_study": "trackdyn.sweeps.ring",
     "sense": "trackdyn.measure.sensor",
     "show": "trackdyn.plots.show",
@@ -42,6 +42,9 @@ _MODULES = {
 __all__ = list(_MODULES)
 
 if TYPE_CHECKING:
+    from trackdyn.fieldtest.compare import compare as compare
+    from trackdyn.fieldtest.sensor_csv import read_sensor as read_sensor
+    from trackdyn.fieldtest.sensor_mapping import SensorMapping as SensorMapping
     from trackdyn.inputs.errors import DivergenceError as DivergenceError
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
@@ -62,10 +65,6 @@ if TYPE_CHECKING:
     from trackdyn.sweeps.ring import ring_study as ring_study
     from trackdyn.sweeps.sweep import sweep as sweep
     from trackdyn.version import __version__ as __version__
-
-    SensorMapping: Any  # of `fieldtest`, which imports this package
-    compare: Any
-    read_sensor: Any
 else:  # to a type checker every name would then be one of the package
 
     def __getattr__(name: str):

@@ -48,8 +48,8 @@ def main(arguments: list[str]) -> None:
     from platformdirs import user_cache_dir
     from snakemake.cli import main as snakemake
 
-    from replication.pipeline.config import read_layer
     from trackdyn.inputs.errors import InputError
+    from trackdyn_replication.pipeline.config import read_layer
 
     try:
         Path(user_cache_dir("snakemake")).mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from laboratory.plausible.rows import Values, scene_name
 from laboratory.plausible.settings import PlausibleConfig
-from replication.paper.measures import MAXIMUM
+from trackdyn_replication.paper.measures import MAXIMUM
 
 MISSING = 6.0  # tolerances, for a number that does not exist
 # without a ring and with it: what is printed (config/claims.yaml)

@@ -12,10 +12,10 @@ from laboratory.plausible.draws import built, run_rigs
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import evidence
-from replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
-from replication.paper.scorecard import count, sentence_verdicts
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
+from trackdyn_replication.paper.scorecard import count, sentence_verdicts
 
 DAMPINGS = (0.1, 0.5, 2.0, 8.0, 30.0, 120.0)  # steps of an iteration, run side by side
 INSIDE = 0.001, 0.999  # of the ranges

@@ -11,9 +11,9 @@ from laboratory.plausible.rings import ring_table
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, tooth_detail, with_creep
 from laboratory.plausible.verdicts import judge_rig, judge_rows
-from replication.paper.claims import Claim, load_claims, load_sentences
 from trackdyn.inputs.files import write_csv
 from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.paper.claims import Claim, load_claims, load_sentences
 
 # decided by kinematics and by the wheels, whose places no draw changes
 SET_BY_WHEELS = ("C07", "C08")

@@ -1,8 +1,8 @@
 """Writes the measured parts of the pages on the laboratory from the results of its studies."""
 
 from laboratory.report.plausible import answer_text
-from replication.paper.finding import TABLE as GRIP
-from replication.report.filled import main
+from trackdyn_replication.paper.finding import TABLE as GRIP
+from trackdyn_replication.report.filled import main
 
 PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")

@@ -16,10 +16,14 @@ from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import CREEP
 from laboratory.plausible.verdicts import JAMMED
-from replication.paper.claims import MET
-from replication.paper.finding import check_sentences, finding_sentences, ran
-from replication.paper.printed import RADIUS_CHOSEN
-from replication.paper.scorecard import (
+from trackdyn.measure.cells import significant
+from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
+from trackdyn.rig.rig import load_rig
+from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.paper.claims import MET
+from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
+from trackdyn_replication.paper.printed import RADIUS_CHOSEN
+from trackdyn_replication.paper.scorecard import (
     MARKS,
     RUBBER,
     SHARES_READ,
@@ -36,11 +40,7 @@ from replication.paper.scorecard import (
     track_rows,
     verdict_line,
 )
-from replication.report.filled import blocks
-from trackdyn.measure.cells import significant
-from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
-from trackdyn.rig.rig import load_rig
-from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.report.filled import blocks
 
 UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
 READING = "equal_pitch "  # begins the columns of readings

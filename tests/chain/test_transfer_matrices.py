@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes.transfer_product import (
+from tests import reference
+from tests.kinematics import closed_rates
+from trackdyn.model.constants import Chain
+from trackdyn_replication.study.extremes.transfer_product import (
     accelerations,
     body_matrix,
     elements_of,
@@ -12,9 +15,6 @@ from replication.study.extremes.transfer_product import (
     joint_matrix,
     multiply,
 )
-from tests import reference
-from tests.kinematics import closed_rates
-from trackdyn.model.constants import Chain
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12

@@ -9,8 +9,8 @@ import pytest
 import scipy.io
 import scipy.io.wavfile
 
-from fieldtest.sensor_csv import read_sensor
-from fieldtest.sensor_mapping import SensorMapping
+from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn.fieldtest.sensor_mapping import SensorMapping
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your-loggers-file.md").read_text(encoding="utf-8")
 BLOCKS = [block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if '("record.' in block]

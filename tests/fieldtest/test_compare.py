@@ -9,12 +9,12 @@ import pytest
 from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
-from fieldtest.axes import judge_axes, require_axes
-from fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
-from fieldtest.figures import comparison_figure
-from fieldtest.sensor_csv import SensorRecord, read_sensor
-from fieldtest.sensor_mapping import load_mapping
 from trackdyn.commands.cli import app
+from trackdyn.fieldtest.axes import judge_axes, require_axes
+from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
+from trackdyn.fieldtest.figures import comparison_figure
+from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
+from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, sense

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fieldtest.sensor_csv import read_sensor
-from fieldtest.sensor_mapping import load_mapping
 from trackdyn.commands.options import as_options
+from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 
 T = np.arange(400) / 125

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from fieldtest import text_file
-from fieldtest.logger_text import NUMBER
-from fieldtest.sensor_csv import read_sensor, write_sensor_csv
-from fieldtest.sensor_mapping import SensorMapping, _column, load_mapping
-from fieldtest.stamps import Stamps, lost_rows
 from tests import conftest
+from trackdyn.fieldtest import text_file
+from trackdyn.fieldtest.logger_text import NUMBER
+from trackdyn.fieldtest.sensor_csv import read_sensor, write_sensor_csv
+from trackdyn.fieldtest.sensor_mapping import SensorMapping, _column, load_mapping
+from trackdyn.fieldtest.stamps import Stamps, lost_rows
 from trackdyn.inputs.errors import InputError
 from trackdyn.rig import rig_file
 

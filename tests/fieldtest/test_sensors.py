@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import yaml
 
-from fieldtest.compare import compare_with_sensor
-from fieldtest.sensor_csv import read_sensor
-from fieldtest.sensor_mapping import load_mapping
 from tests.conftest import BELT, LAWS, recorded, refused, run_command
+from trackdyn.fieldtest.compare import compare_with_sensor
+from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.measures import measures
 from trackdyn.measure.metrics import remarks

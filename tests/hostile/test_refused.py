@@ -11,10 +11,9 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-from fieldtest.sensor_csv import read_sensor
-from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 from tests.conftest import BELT, RIG, ROOT, refused
 from tests.kinematics import unsettled_loop
+from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import Rig, load_rig
@@ -25,6 +24,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
+from trackdyn_replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 
 HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
 NUMBER = "must be a finite number"
@@ -342,7 +342,7 @@ def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     # root may write anywhere else
-    monkeypatch.setattr("replication.pipeline.config.os.access", lambda path, mode: False)
+    monkeypatch.setattr("trackdyn_replication.pipeline.config.os.access", lambda path, mode: False)
     words = "results = 'mine/new'", "is not writable; choose another folder"
     refused(configured, "results", "mine/new", words=words)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import trackdyn
-from fieldtest.compare import compare_with_sensor
 from tests.conftest import refused
+from trackdyn.fieldtest.compare import compare_with_sensor
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.planner import plan

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import trackdyn
-from fieldtest.sensor_csv import read_sensor
-from fieldtest.sensor_mapping import SensorMapping
 from tests.conftest import BELT, made_recording, refused, run_command
+from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn.fieldtest.sensor_mapping import SensorMapping
 from trackdyn.measure.export import contact_table, export
 from trackdyn.measure.sensor import sense
 from trackdyn.model.arrays import CONTACT_INTERVAL

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from replication.certify import (
+from tests.conftest import run_command
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_npz
+from trackdyn_replication.certify import (
     DIFFERS,
     EQUAL,
     FORMAT,
@@ -19,9 +22,6 @@ from replication.certify import (
     rig_hash,
     write_manifest,
 )  # fmt: skip
-from tests.conftest import run_command
-from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import write_npz
 
 TABLE = "run,rms_g,wall_s,loop_gap_max_m,note\n115rpm,0.924182,6.4,2.8e-14,\n150rpm,1.08251,7.1,3.1e-14,loose\n"
 

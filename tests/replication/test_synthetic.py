@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from fieldtest.sensor_csv import read_sensor
-from replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset, write_record
 from tests.conftest import ROOT
+from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn_replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset, write_record
 
 FOLDER = ROOT / "data" / "synthetic"
 HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum says no more
@@ -42,12 +42,12 @@ def test_committed_records_are_whole_and_hardly_clipped(records):
 def test_regeneration_gives_the_committed_bytes(tmp_path):
     write_record(tmp_path, 150)
     assert digest(tmp_path / "150rpm.csv") == digest(FOLDER / "150rpm.csv"), (
-        "the generator changed: run python -m replication.synthetic and commit data/synthetic"
+        "the generator changed: run python -m trackdyn_replication.synthetic and commit data/synthetic"
     )
 
 
 def test_whole_data_set_is_written_and_described(tmp_path, monkeypatch):
-    monkeypatch.setattr("replication.synthetic.SPEEDS", {115: SPEEDS[115]})
+    monkeypatch.setattr("trackdyn_replication.synthetic.SPEEDS", {115: SPEEDS[115]})
     committed = json.loads((FOLDER / "datapackage.json").read_text(encoding="utf-8"))
     described = committed | {"resources": committed["resources"][:1]}
     stale = described["resources"][0] | {"bytes": 0, "hash": "", "achieved": {}, "fitted": {}}

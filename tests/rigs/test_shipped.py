@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from replication.peers.comparison import require_exudyn, run_peer
-from replication.study.settings import PEER_LAWS
 from tests.conftest import RIG
 from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
@@ -17,6 +15,8 @@ from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.rest_state import arc_depths, explained_depth
 from trackdyn.simulation.step_check import PIECE
+from trackdyn_replication.peers.comparison import require_exudyn, run_peer
+from trackdyn_replication.study.settings import PEER_LAWS
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # share of the energy exchanged: the promise of the time loop

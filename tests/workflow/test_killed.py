@@ -17,7 +17,7 @@ LONGEST_RUN = 1800  # s, of a graph that nobody disturbs, on a busy machine
 
 def copied(folder):
     """A copy of the project with results of its own."""
-    for name in ("config", "data", "fieldtest", "profiles", "trackdyn", "workflow"):
+    for name in ("config", "data", "profiles", "trackdyn", "workflow"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("Snakefile", TINY):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from replication.study.settings import STUDIES
 from tests.conftest import ROOT
 from trackdyn.sources import imported_files
+from trackdyn_replication.study.settings import STUDIES
 
 RULE_FILES = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "laboratory/rules").glob("*.smk")]
 SCRIPT = re.compile(r'^ +script:\s*"(\S+\.py)"$', re.MULTILINE)
@@ -102,7 +102,7 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
 
 
 def test_every_task_has_a_rule():
-    folders = (ROOT / name for name in ("trackdyn", "fieldtest", "workflow", "laboratory"))
+    folders = (ROOT / name for name in ("trackdyn", "workflow", "laboratory"))
     modules = [file for folder in folders for file in folder.rglob("*.py")]
     assert sorted(file for file in modules if "\n@run_job\ndef main(job" in file.read_text(encoding="utf-8")) == SCRIPTS
 
@@ -147,7 +147,7 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     scripts = list({script.parent: script for script in SCRIPTS}.values())  # one of each folder
     command = [sys.executable, "-c", LOADED, str(ROOT), str(ROOT / "workflow"), *map(str, scripts)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    folders = [ROOT / name for name in ("trackdyn", "fieldtest", "workflow", "laboratory")]
+    folders = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
     for line in done.stdout.splitlines():
         script, files = json.loads(line)
         ours = {Path(file) for file in files if any(Path(file).is_relative_to(folder) for folder in folders)}
@@ -166,7 +166,7 @@ class Pretended:
 
     def __init__(self, folder):
         self.folder, self.root = folder, folder / "copy"
-        for name in ("config", "data", "docs/measured", "docs/pictures", "fieldtest", "trackdyn", "workflow"):
+        for name in ("config", "data", "docs/measured", "docs/pictures", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "Snakefile", self.root)
         code, said = snakemake(folder, *self.targets, run="--summary", root=self.root)
@@ -236,7 +236,7 @@ METRIC = {
 # edits, the rules that they make due, and further ones, beside those that simulate, that they must not
 EDITS = {
     "a metric and a caption": (
-        METRIC | {"workflow/replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
+        METRIC | {"workflow/trackdyn_replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
         {"measure", "metrics", "claims", "page"}, set(),
     ),
     "a claim and a cell of the article": (
@@ -247,7 +247,7 @@ EDITS = {
         {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"},
     ),
     "the template of the page": (
-        {"workflow/replication/report/page/page.html.j2": in_place_of("<", "{# another #}<")},
+        {"workflow/trackdyn_replication/report/page/page.html.j2": in_place_of("<", "{# another #}<")},
         {"page", "manifest"}, {"measure", "claims", "schematics"},
     ),
 }  # fmt: skip
@@ -305,7 +305,7 @@ def test_a_claim_with_a_measure_that_is_none_is_refused_before_anything_runs(pre
 
 
 def test_a_comment_makes_nothing_due(pretended):
-    names = ("trackdyn/contact/laws.py", "trackdyn/measure/metrics.py", "workflow/replication/paper/claims.py")
+    names = ("trackdyn/contact/laws.py", "trackdyn/measure/metrics.py", "workflow/trackdyn_replication/paper/claims.py")
     assert all((pretended.root / name).is_file() for name in names)
     with pretended.edited(dict.fromkeys(names, in_place_of("\n\n\n", "\n\n\n# another\n"))):
         assert pretended.due() == {}

@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from collections.abc import Callable, Iterable
 from errno import ENOENT
 from importlib.metadata import entry_points
 from inspect import unwrap
@@ -11,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options
+from trackdyn.commands.compare import compare
 from trackdyn.commands.records import export, show
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import simulate
@@ -19,7 +21,7 @@ from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = (simulate, show, export, check, new, rigs, ring, sweep)
+COMMANDS = (simulate, show, export, check, new, rigs, ring, sweep, compare)
 
 
 class _Command(typer.core.TyperCommand):
@@ -48,16 +50,19 @@ app = typer.Typer(
     rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )  # fmt: skip
-for command in COMMANDS:
-    app.command(cls=_Command)(command)
+
+
+def _add(commands: Iterable[Callable[..., None]]) -> None:
+    for command in commands:
+        app.command(cls=_Completed if hasattr(command, "complete") else _Command)(command)
+
+
+_add(COMMANDS)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
-        added = others.load()
+        _add(others.load())
     except Exception as error:  # whatever a broken package raises: its commands are missing, all others work
         print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
-        continue
-    for command in added:
-        app.command(cls=_Completed if hasattr(command, "complete") else _Command)(command)
 
 
 def _say_version(requested: bool) -> None:

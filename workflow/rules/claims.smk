@@ -19,4 +19,4 @@ rule claims:
         rounded=CONFIG.rounded_speeds,
         rig=Path(CONFIG.rig).stem,
     log: f"{R}/logs/claims.log"
-    script: "../replication/report/claims.py"
+    script: "../trackdyn_replication/report/claims.py"

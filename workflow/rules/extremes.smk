@@ -8,7 +8,7 @@ rule extremes_part:
     priority: 30
     log: f"{R}/logs/extremes/{{family}}.log"
     message: "Extremes: {wildcards.family}"
-    script: "../replication/study/extremes/run.py"
+    script: "../trackdyn_replication/study/extremes/run.py"
 
 
 rule extremes:
@@ -24,4 +24,4 @@ rule extremes:
         stability=figure("extremes_stability"),
     params: study=CONFIG.studies.extremes.model_dump()
     log: f"{R}/logs/extremes.log"
-    script: "../replication/report/figures/extremes.py"
+    script: "../trackdyn_replication/report/figures/extremes.py"

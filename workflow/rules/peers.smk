@@ -13,7 +13,7 @@ rule peer_runs:
     params: options=CONFIG.peers.model_dump()
     priority: 50 # the longest job: it begins early
     log: f"{R}/logs/peer_runs.log"
-    script: "../replication/peers/comparison.py"
+    script: "../trackdyn_replication/peers/comparison.py"
 
 
 rule peer:
@@ -26,4 +26,4 @@ rule peer:
         figure13=figure("fig13"),
         figure14=figure("fig14"),
     log: f"{R}/logs/peer.log"
-    script: "../replication/report/figures/peer.py"
+    script: "../trackdyn_replication/report/figures/peer.py"

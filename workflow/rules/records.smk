@@ -19,7 +19,7 @@ rule measure:
     wildcard_constraints: kind="records|ring"
     log: f"{R}/logs/measure/{{kind}}.log"
     message: "Measuring {output.csv}"
-    script: "../replication/pipeline/metrics.py"
+    script: "../trackdyn_replication/pipeline/metrics.py"
 
 
 rule metrics:
@@ -33,7 +33,7 @@ rule metrics:
     params: runs=RUNS["meshing"]
     log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"
-    script: "../replication/pipeline/metrics.py"
+    script: "../trackdyn_replication/pipeline/metrics.py"
 
 
 rule parameters:
@@ -43,7 +43,7 @@ rule parameters:
         csv=f"{R}/tables/parameters.csv",
         groove=f"{R}/tables/table1.csv",
     log: f"{R}/logs/parameters.log"
-    script: "../replication/report/parameters.py"
+    script: "../trackdyn_replication/report/parameters.py"
 
 
 rule sensor_records:
@@ -60,7 +60,7 @@ rule sensor_records:
         synthetic=CONFIG.synthetic,
     priority: 100 # a fault of a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
-    script: "../replication/report/sensor_records.py"
+    script: "../trackdyn_replication/report/sensor_records.py"
 
 
 rule statistics:
@@ -77,7 +77,7 @@ rule statistics:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
     log: f"{R}/logs/statistics.log"
-    script: "../replication/report/statistics.py"
+    script: "../trackdyn_replication/report/statistics.py"
 
 
 rule closure:
@@ -86,7 +86,7 @@ rule closure:
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/fig15.log"
-    script: "../replication/report/figures/closure.py"
+    script: "../trackdyn_replication/report/figures/closure.py"
 
 
 rule sensor_figures:
@@ -104,7 +104,7 @@ rule sensor_figures:
         speeds=CONFIG.rounded_speeds,
         synthetic=CONFIG.synthetic,
     log: f"{R}/logs/fig17_18.log"
-    script: "../replication/report/figures/records.py"
+    script: "../trackdyn_replication/report/figures/records.py"
 
 
 rule records:

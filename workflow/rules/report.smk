@@ -20,7 +20,7 @@ rule animation_run:
     output: recording("animation")
     params: scenes=[MOVING]
     log: f"{R}/logs/animation_run.log"
-    script: "../replication/pipeline/runs.py"
+    script: "../trackdyn_replication/pipeline/runs.py"
 
 
 rule animation:
@@ -28,7 +28,7 @@ rule animation:
     input: ring=rules.animation_run.output[0]
     output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
-    script: "../replication/report/figures/animation.py"
+    script: "../trackdyn_replication/report/figures/animation.py"
 
 
 # The page waits for the studies that every run has (`default_studies`), and for all if the target `studies` asks for them. Others
@@ -57,7 +57,7 @@ rule page:
         own=not CONFIG.is_paper,
         teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
-    script: "../replication/report/page/builder.py"
+    script: "../trackdyn_replication/report/page/builder.py"
 
 
 # what a run that ends by a rule (`stop_rule`) states in its recording differs from what the configuration does
@@ -80,7 +80,7 @@ rule manifest:
             for name, scene in SCENES.items()
         },
     log: f"{R}/logs/manifest.log"
-    script: "../replication/certify.py"
+    script: "../trackdyn_replication/certify.py"
 
 
 rule studies:
@@ -102,5 +102,5 @@ rule pictures:
         ],
     log: f"{R}/logs/pictures.log"
     shell:
-        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.by_name:q} {input.pictures:q}"
+        "{sys.executable:q} -m trackdyn_replication.report.filled {input.tables:q} {input.trade:q} {input.by_name:q} {input.pictures:q}"
         " > {log:q} 2>&1"

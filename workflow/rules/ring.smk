@@ -8,7 +8,7 @@ rule meshing_figures:
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
     log: f"{R}/logs/meshing_figures.log"
-    script: "../replication/report/figures/screenshots.py"
+    script: "../trackdyn_replication/report/figures/screenshots.py"
 
 
 rule ring_figures:
@@ -18,7 +18,7 @@ rule ring_figures:
         grips=[GRIPS["ring"]] if CONFIG.is_paper else [],
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24", *(["creep"] if CONFIG.is_paper else []))}
     log: f"{R}/logs/ring_figures.log"
-    script: "../replication/report/figures/ring_study.py"
+    script: "../trackdyn_replication/report/figures/ring_study.py"
 
 
 rule grip_figure:
@@ -28,7 +28,7 @@ rule grip_figure:
         rig="trackdyn/rigs/paper.yaml",
     output: figure("grip")
     log: f"{R}/logs/grip_figure.log"
-    script: "../replication/report/figures/grip.py"
+    script: "../trackdyn_replication/report/figures/grip.py"
 
 
 rule ring:

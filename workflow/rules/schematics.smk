@@ -6,4 +6,4 @@ rule schematics:
     input: rig=CONFIG.rig
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
     log: f"{R}/logs/schematics.log"
-    script: "../replication/report/figures/schematics.py"
+    script: "../trackdyn_replication/report/figures/schematics.py"

@@ -15,7 +15,7 @@ rule warm_up:
     output: KERNELS
     params: scenes=[compiling("semi_implicit")]
     log: f"{R}/logs/warm_up.log"
-    script: "../replication/pipeline/runs.py"
+    script: "../trackdyn_replication/pipeline/runs.py"
 
 
 use rule warm_up as warm_up_method with:
@@ -42,7 +42,7 @@ rule simulate:
     params: scenes=scenes_of(["{run}"])
     log: f"{R}/logs/simulate/{{run}}.log"
     message: "Simulating {wildcards.run}"
-    script: "../replication/pipeline/runs.py"
+    script: "../trackdyn_replication/pipeline/runs.py"
 
 
 OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_study.rings]
@@ -57,4 +57,4 @@ rule ring_runs:
         stop_rule=CONFIG.stop_rule.model_dump(),
     log: f"{R}/logs/ring/{{rpm}}rpm.log"
     message: "The ring study: {wildcards.rpm} rpm"
-    script: "../replication/pipeline/runs.py"
+    script: "../trackdyn_replication/pipeline/runs.py"

@@ -15,7 +15,7 @@ rule fidelity_setting:
     priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"
     message: "The ladder of fidelities: {wildcards.setting}"
-    script: "../replication/study/accuracy/ladder.py"
+    script: "../trackdyn_replication/study/accuracy/ladder.py"
 
 
 rule fidelity:
@@ -25,7 +25,7 @@ rule fidelity:
         csv=f"{R}/fidelity.csv",
         wide=f"{R}/tables/fidelity.csv",
     log: f"{R}/logs/fidelity.log"
-    script: "../replication/report/fidelity.py"
+    script: "../trackdyn_replication/report/fidelity.py"
 
 
 rule trade_scene:
@@ -38,7 +38,7 @@ rule trade_scene:
     priority: 40 # data, promises and the study wait for it
     log: f"{R}/logs/trade/{{scenes}}.log"
     message: "Accuracy against cost: {wildcards.scenes}"
-    script: "../replication/study/accuracy/trade.py"
+    script: "../trackdyn_replication/study/accuracy/trade.py"
 
 
 rule trade_promises:
@@ -49,7 +49,7 @@ rule trade_promises:
     priority: 40
     log: f"{R}/logs/trade/promises_{{scenes}}.log"
     message: "The planner: {wildcards.scenes}"
-    script: "../replication/study/accuracy/promises.py"
+    script: "../trackdyn_replication/study/accuracy/promises.py"
 
 
 rule trade:
@@ -62,7 +62,7 @@ rule trade:
         planner=f"{R}/planner.csv",
         figure=figure("trade"),
     log: f"{R}/logs/trade.log"
-    script: "../replication/report/figures/trade.py"
+    script: "../trackdyn_replication/report/figures/trade.py"
 
 
 rule default_step:
@@ -72,4 +72,4 @@ rule default_step:
         kernels=KERNELS,
     output: rows=f"{R}/default_step.csv", table=f"{R}/step_errors.csv"
     log: f"{R}/logs/default_step.log"
-    script: "../replication/study/accuracy/default_step.py"
+    script: "../trackdyn_replication/study/accuracy/default_step.py"

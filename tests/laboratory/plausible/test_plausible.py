@@ -22,13 +22,13 @@ from laboratory.plausible.shares import (
 )
 from laboratory.plausible.study import judged_claims
 from laboratory.plausible.verdicts import JAMMED, judge_rig, judge_rows
-from replication.paper.claims import load_sentences
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.engine import DONE, REFUSED, without_values
 from trackdyn.sweeps.sweep_row import run_values
+from trackdyn_replication.paper.claims import load_sentences
 
 CONFIG = load_plausible("config/plausible.yaml")
 CLAIMS = "config/claims.yaml"

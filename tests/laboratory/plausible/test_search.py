@@ -12,8 +12,8 @@ from laboratory.plausible.rows import scene_name
 from laboratory.plausible.search import Outcome, Searching, searched_unknowns
 from laboratory.plausible.searched_rigs import searched_rig
 from laboratory.plausible.settings import load_plausible
-from replication.paper.claims import load_claims
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
+from trackdyn_replication.paper.claims import load_claims
 
 CONFIG = load_plausible("config/plausible.yaml")
 CLAIMS = {claim.name: claim for claim in load_claims("config/claims.yaml")}

@@ -9,7 +9,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from replication.paper.claims import (
+from tests import conftest
+from trackdyn.rig.rig import load_rig
+from trackdyn_replication.paper.claims import (
     COLUMNS,
     JUDGED,
     MET,
@@ -22,10 +24,10 @@ from replication.paper.claims import (
     load_sentences,
     printed_numbers,
 )
-from replication.paper.evidence import Evidence
-from replication.paper.measures import MEASURES
-from replication.paper.printed import CELLS, DIFFERENCES, load_cells
-from replication.paper.scorecard import (
+from trackdyn_replication.paper.evidence import Evidence
+from trackdyn_replication.paper.measures import MEASURES
+from trackdyn_replication.paper.printed import CELLS, DIFFERENCES, load_cells
+from trackdyn_replication.paper.scorecard import (
     SHORT,
     count,
     headline,
@@ -39,8 +41,6 @@ from replication.paper.scorecard import (
     verdict_line,
     waiting_sentence,
 )
-from tests import conftest
-from trackdyn.rig.rig import load_rig
 
 CONFIG = Path(__file__).parents[3] / "config"
 CLAIMS = {claim.name: claim for claim in load_claims(CONFIG / "claims.yaml")}

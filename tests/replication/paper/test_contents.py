@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from tests.conftest import ROOT
+from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 
 EVERY = (*PAPER, *OWN, *OF_STUDIES)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from replication.paper.evidence import lines_by_start
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import main_line
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
+from trackdyn_replication.paper.evidence import lines_by_start
 
 SECONDS = 20.0  # at 115 rpm two turns of the loop and a half, half way between two bins
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.stats import beta
 
-from replication.paper.finding import finding_sentences, limit, main_run, of_law, shares, windows
+from trackdyn_replication.paper.finding import finding_sentences, limit, main_run, of_law, shares, windows
 
 SETTINGS = [("regularised", 0.01, np.nan), ("regularised", 1.5, np.nan), ("dahl", np.nan, 1e4), ("dahl", np.nan, 6e5)]
 GRIPS = {0: 0.2, 1: 0.01, 2: 0.008, 3: 0.16}  # mobilised friction by setting

@@ -5,13 +5,13 @@ import sys
 import numpy as np
 import pytest
 
-from replication.peers import exudyn_loop
-from replication.peers.contact import Memory, make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import require_exudyn
 from tests.conftest import refused
 from tests.kinematics import without_extrapolation
 from trackdyn.integrate.run import refresh
 from trackdyn.scene.scene import Scene
+from trackdyn_replication.peers import exudyn_loop
+from trackdyn_replication.peers.contact import Memory, make_contacts, peer_contact_loads
+from trackdyn_replication.peers.exudyn_loop import require_exudyn
 
 pytestmark = pytest.mark.peer
 

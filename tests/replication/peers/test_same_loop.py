@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from replication.peers.comparison import run_peer
-from replication.peers.contact import make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import drive_at, free_wheels
-from replication.study.settings import PEER_LAWS
 from tests.conftest import contact_table
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
+from trackdyn_replication.peers.comparison import run_peer
+from trackdyn_replication.peers.contact import make_contacts, peer_contact_loads
+from trackdyn_replication.peers.exudyn_loop import drive_at, free_wheels
+from trackdyn_replication.study.settings import PEER_LAWS
 
 
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from snakemake.utils import update_config
 
-from replication.pipeline.config import check_config, check_layers
 from tests.conftest import ROOT, refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
+from trackdyn_replication.pipeline.config import check_config, check_layers
 
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
 

@@ -4,10 +4,10 @@ import pandas as pd
 import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
-from replication.paper.claims import load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 from tests.conftest import ROOT
 from trackdyn.rig.rig import parameter_table
+from trackdyn_replication.paper.claims import load_claims, printed_text
+from trackdyn_replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 
 
 @pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))

@@ -13,15 +13,15 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from replication.paper.claims import VERDICTS
-from replication.paper.contents import Item
-from replication.report.page import builder
-from replication.report.page.builder import build_page
 from tests.conftest import ROOT, made_recording
 from trackdyn.inputs.errors import InputError
 from trackdyn.jit import source_hash
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
+from trackdyn_replication.paper.claims import VERDICTS
+from trackdyn_replication.paper.contents import Item
+from trackdyn_replication.report.page import builder
+from trackdyn_replication.report.page.builder import build_page
 
 RIG_FILE = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)

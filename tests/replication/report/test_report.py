@@ -10,21 +10,10 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from fieldtest.figures import history_figure, spectrum_figure
-from fieldtest.sensor_csv import SensorRecord
-from replication.paper.contents import PAPER
-from replication.paper.evidence import Evidence
-from replication.paper.measures import MAXIMUM, MEASURES
-from replication.paper.printed import SENSORS
-from replication.report.figures.closure import closure_figure
-from replication.report.figures.engagement import seated_pins
-from replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
-from replication.report.figures.ring_study import MARKS, STEADY
-from replication.report.figures.screenshots import moments
-from replication.report.parameters import table1
-from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
 from trackdyn.contact.laws import find_area
+from trackdyn.fieldtest.figures import history_figure, spectrum_figure
+from trackdyn.fieldtest.sensor_csv import SensorRecord
 from trackdyn.measure.events import mean_events
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
@@ -37,6 +26,17 @@ from trackdyn.scene.build import make_tooth
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.simulate import simulate
+from trackdyn_replication.paper.contents import PAPER
+from trackdyn_replication.paper.evidence import Evidence
+from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
+from trackdyn_replication.paper.printed import SENSORS
+from trackdyn_replication.report.figures.closure import closure_figure
+from trackdyn_replication.report.figures.engagement import seated_pins
+from trackdyn_replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
+from trackdyn_replication.report.figures.ring_study import MARKS, STEADY
+from trackdyn_replication.report.figures.screenshots import moments
+from trackdyn_replication.report.parameters import table1
+from trackdyn_replication.report.statistics import lines_table, table3
 
 pytestmark = pytest.mark.slow
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from replication.report.figures.schematics import FIGURES
 from trackdyn.rig.rig import load_rig
+from trackdyn_replication.report.figures.schematics import FIGURES
 
 
 @pytest.mark.parametrize("name", ["bench", "robot", "m113"])

@@ -3,9 +3,6 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes import resolved, restitution, solvers
-from replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, FAST, REFUSED, attempted
-from replication.study.extremes.stability_map import stability_map
 from tests import reference
 from tests.conftest import RIG
 from trackdyn import DivergenceError, InputError, Scene
@@ -14,6 +11,9 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.scene.step import turn_limit
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.simulate import simulate
+from trackdyn_replication.study.extremes import resolved, restitution, solvers
+from trackdyn_replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, FAST, REFUSED, attempted
+from trackdyn_replication.study.extremes.stability_map import stability_map
 
 ONCE_WRONG = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step

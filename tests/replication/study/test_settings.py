@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from pydantic import TypeAdapter
 
-from replication.study.settings import Studies, StudiesFile
 from tests.conftest import refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import validated
 from trackdyn.inputs.yaml_file import read_yaml
+from trackdyn_replication.study.settings import Studies, StudiesFile
 
 FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
 TURNS = {"loop_turns": 1, "loop_turns_without_ring": 1}

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from replication.report.figures.trade import answers, trade_figure
-from replication.study.accuracy import default_step, trade
-from replication.study.settings import StatisticErrors
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series
 from trackdyn.scene.scene import Periods
+from trackdyn_replication.report.figures.trade import answers, trade_figure
+from trackdyn_replication.study.accuracy import default_step, trade
+from trackdyn_replication.study.settings import StatisticErrors
 
 REQUESTED = {
     "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1,

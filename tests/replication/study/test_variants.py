@@ -3,13 +3,13 @@
 import pandas as pd
 import pytest
 
-from replication.report.fidelity import ladder_table
-from replication.report.filled import departures_text
-from replication.study.accuracy.ladder import MEASURED, compare_rungs
-from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS
 from trackdyn.measure.catalogue import ABSOLUTE, TOLERATED
 from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.scene import Scene
+from trackdyn_replication.report.fidelity import ladder_table
+from trackdyn_replication.report.filled import departures_text
+from trackdyn_replication.study.accuracy.ladder import MEASURED, compare_rungs
+from trackdyn_replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS
 
 
 def test_every_variant_is_a_scene_of_the_shipped_rig_and_differs_from_the_reference(rig):

@@ -1,0 +1,211 @@
+"""Whether the axes of a sensor's record are those of the simulation: gravity turns in them once a turn of the loop
+(Eq. 40).
+"""
+
+import re
+from itertools import permutations, product
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.fieldtest.sensor_csv import SensorRecord, turned
+from trackdyn.inputs.errors import InputError
+from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
+from trackdyn.measure.spectra import high_frequency_rms, highest_line
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.recording import Recording
+
+HARMONICS = 3  # multiples of the loop's frequency; in a loop of straight runs they hold nearly all of gravity
+LEAST_G = 0.1  # zero offset of a cheap sensor: a smaller difference tells nothing
+CLEARLY = 2.0  # times better
+LEAST_DEG, LEAST_FACTOR = 5.0, 1.2  # a smaller angle, or a factor nearer to 1, is not named
+LIKELY_FACTORS = [2.0**k for k in range(-6, 7)] + [1e-3, 1e3, 9.81, 1 / 9.81]  # ranges of a sensor, units
+SAME_FACTOR = 0.05  # by which a fitted factor may be off, of its logarithm
+SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
+
+
+def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
+    """Mean and first harmonics of the loop's frequency in a record, free of the instant at which it begins.
+
+    ``axes`` are (a, N) accelerations, of which the first one's crest begins a turn; ``rate`` and ``hz`` are samples and
+    turns of the loop a second. Returned is, (a, HARMONICS + 1) in the unit of ``axes``, the mean over whole turns;
+    amplitudes are divided by the root of 2, so that squares add up to the mean square.
+    """
+    length = min(int(rate / hz), axes.shape[1])
+    starts = (np.arange(max(int((axes.shape[1] - length) / rate * hz + 1e-6) + 1, 1)) * rate / hz).astype(int)
+    order = np.arange(HARMONICS + 1)
+    waves = np.exp(-2j * np.pi / length * np.outer(order, np.arange(length))) / length
+    amplitudes = np.array([axes[:, start : start + length] @ waves.T for start in starts])
+    crest = np.exp(1j * np.angle(amplitudes[:, :1, 1:2]))
+    return (amplitudes * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
+
+
+def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int) -> np.ndarray:
+    """A `turn_shape` behind a high-pass filter (Butterworth) of first or second order, as a capacitor is one."""
+    z = 1j * np.arange(shape.shape[1]) * hz / corner_hz
+    return _begun_at_crest(shape * (z / (1 + z) if order == 1 else z**2 / (1 + 2**0.5 * z + z**2)))
+
+
+def _begun_at_crest(shape: np.ndarray) -> np.ndarray:
+    return shape * np.exp(-1j * np.angle(shape[:1, 1:2])) ** np.arange(shape.shape[1])
+
+
+class Doubt(NamedTuple):
+    """A sentence on what seems wrong with the axes of a record, and whether gravity is filtered out of it."""
+
+    sentence: str
+    without_gravity: bool = False
+
+
+Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay, and for ax where there is one
+
+
+def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
+    """Shapes of a turn (`turn_shape`): the simulated one, also as its mirror image, and the recorded by choice of axes.
+
+    The first choice is the axes as they are read. The last number is the turns of the recorded loop a second, Hz.
+    """
+    signal, loop_hz = sense(recording), recording.periods.loop_hz
+    recorded = {axis: getattr(record, axis) for axis in ("ay", "ax", "az")}
+    recorded = {axis: values for axis, values in recorded.items() if values is not None}
+    count = 1 + ("ax" in recorded)
+    simulated = turn_shape(np.array([signal.ay, signal.ax][:count]), recording.rate, loop_hz)
+    band = loop_hz / OTHER_SPEED, loop_hz * OTHER_SPEED
+    strongest = max(recorded.values(), key=lambda axis: highest_line(axis, record.rate, *band)[1])
+    hz = measured_loop_hz(strongest, record.rate, loop_hz)
+    choices = [
+        tuple(zip(signs, names, strict=True))
+        for names in permutations(recorded, count)
+        for signs in product((1, -1), repeat=count)
+    ]
+    shapes = {
+        axes: turn_shape(np.array([sign * recorded[axis] for sign, axis in axes]), record.rate, hz) for axes in choices
+    }
+    return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
+
+
+def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[float, float, float]:
+    """The angle about z (deg) and the factor with which a shape is nearest to one of some forms, behind its misfit (g).
+
+    A shape of one axis has no angle. The misfit is infinite where no positive factor brings it nearer.
+    """
+    fits = [(inf, 0.0, 1.0)]
+    for angle in range(-179, 181) if len(shape) > 1 else (0,):
+        back = _begun_at_crest(np.array(turned(shape[1], shape[0], angle)[::-1]) if len(shape) > 1 else shape)
+        for form in forms:
+            factor = np.vdot(back, form).real / np.vdot(back, back).real
+            if factor > 0:
+                fits.append((float(np.linalg.norm(factor * back - form)), float(angle), float(factor)))
+    return min(fits)
+
+
+def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
+    """Distance (g) of a shape from the nearest of some forms."""
+    return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
+
+
+def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
+    """Say what seems wrong with the axes of a sensor's record, and which options mend it; None if nothing does.
+
+    Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
+    loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried are zeros
+    of the sensor that are not 0, a high-pass filter, a wrong scale, and an angle about z.
+    """
+    if not (recording.scene.rig.gravity and recording.periods.loop_hz) or record.wraps:
+        return None
+    forms, shapes, hz = _shapes(recording, record)
+    signal = sense(recording)
+    misfits = {axes: _misfit(shape, forms) for axes, shape in shapes.items()}
+    (own, shape), best = next(iter(shapes.items())), min(misfits, key=misfits.__getitem__)
+    as_read, exchanged = misfits[own], misfits[best]
+    shifted = _misfit(shape[:, 1:], [form[:, 1:] for form in forms])
+    filtered, corner_hz = min(
+        (_misfit(shape, [high_passed_shape(form, hz, corner, order) for form in forms]), corner)
+        for corner, order in product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
+    )
+    fitted, angle, factor = _turned_and_scaled(shape, forms)
+    back = turned(0.0 if record.ax is None else record.ax, record.ay, angle)[1]
+    content = high_frequency_rms(signal.ay, recording.rate)
+
+    def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
+        """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others.
+
+        Its content from 20 Hz on, then in ``ay``, must be that of the simulation.
+        """
+        same_content = ay is None or 1 / SAME_CONTENT < high_frequency_rms(ay, record.rate) / content < SAME_CONTENT
+        nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
+        return nearer and all(CLEARLY * misfit < other for other in others) and same_content
+
+    undirected = turn_shape(np.hypot(signal.ax, signal.ay)[None], recording.rate, recording.periods.loop_hz)
+    scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
+    without_gravity = False
+    if record.ay.min() >= 0 > signal.ay.min() and explains(_misfit(shape[:1], [undirected])):
+        sentence = (
+            "ay is never below 0, as the size of the acceleration, which has no direction; name the column of the "
+            "axis, `axes: {ay: NAME}`"
+        )
+    elif explains(shifted, exchanged, filtered):
+        shifts = (shape[:, 0] - forms[0][:, 0]).real
+        zeros = [
+            f"{axis}: {zero + shift / of_unit:.5g}"
+            for (_, axis), shift, (zero, of_unit) in zip(own, shifts, scales, strict=True)
+            if abs(shift) > LEAST_G
+        ]
+        sentence = (
+            f"gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: the value of the "
+            f"file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
+        )
+    elif without_gravity := explains(filtered, exchanged, ay=record.ay):
+        sentence = (
+            f"gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an AC-coupled (IEPE) "
+            "sensor, or one whose gravity was filtered out; only high_frequency_g compares"
+        )
+    elif explains(fitted, exchanged, shifted, ay=factor * back):
+        causes, remedies = [], []
+        if abs(angle) >= LEAST_DEG:
+            causes.append(f"its axes are turned by {abs(angle):g} deg about z")
+            remedies.append(f"turn them back, `turn: {(record.turn + angle + 180) % 360 - 180:g}deg`, or the sensor")
+        if abs(np.log(factor)) > np.log(LEAST_FACTOR):
+            likely = min(LIKELY_FACTORS, key=lambda other: abs(np.log(other / factor)))
+            factor = likely if abs(np.log(likely / factor)) < SAME_FACTOR else factor
+            causes.append(f"gravity turns with {1 / factor:.3g} of its size")
+            remedies.append(f"check range and unit, perhaps `scale: {1 / abs(factor * scales[0][1]):.6g}`")
+        sentence = f"{' and '.join(causes)} (misfit {fitted:.2g} g, as read {as_read:.2g} g): {'; '.join(remedies)}"
+    elif explains(exchanged):
+        changed = [(axis, chosen) for (_, axis), chosen in zip(own, best, strict=True) if chosen != (1, axis)]
+        names = ", ".join(f"{axis}: {_column(record, *chosen)}" for axis, chosen in changed)
+        sentence = (
+            "its axes do not turn through gravity as the simulated ones do, but with "
+            f"`axes: {{{names}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
+        )
+    elif CLEARLY * (misfit := _misfit(shape[:1], forms)) > (size := float(np.linalg.norm(forms[0][0]))):
+        filter_too = "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
+        sentence = (
+            f"ay does not turn through gravity as the simulated y acceleration does (misfit {misfit:.2g} of {size:.2g} "
+            "g); check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`), and its unit"
+            f"{filter_too * explains(filtered, exchanged)}"
+        )
+    else:
+        return None
+    return Doubt(f"{record.path}: {sentence}", without_gravity)
+
+
+def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
+    """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`judge_axes`), before a simulation.
+
+    Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
+    """
+    scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
+    duration = whole_samples(rig.rate, scene.periods.loop)
+    if doubt := judge_axes(belt_recording(scene.with_(duration=duration)), record):
+        raise InputError(doubt.sentence)
+
+
+def _column(record: SensorRecord, sign: int, axis: str) -> str:
+    """Column of an axis as a mapping in YAML names it, with its sign turned if ``sign`` is -1."""
+    name = record.columns.get(axis, axis)
+    name = name if sign > 0 else name[1:] if name.startswith("-") else f"-{name}"
+    return name if re.fullmatch(r"-?\w+", name) else "'" + name.replace("'", "''") + "'"

@@ -1,0 +1,174 @@
+"""A simulated record beside a sensor's: the rows of Table 3 and the lines of Figure 18."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.fieldtest.axes import judge_axes
+from trackdyn.fieldtest.samples import means, whole_ratio
+from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
+from trackdyn.fieldtest.sensor_mapping import SensorMapping
+from trackdyn.inputs.errors import InputError, naming
+from trackdyn.inputs.validation import typed
+from trackdyn.measure.catalogue import ACCELERATION
+from trackdyn.measure.cells import significant
+from trackdyn.measure.metrics import whole_errors
+from trackdyn.measure.sensor import SensorSignal, measured_loop_hz, sense
+from trackdyn.measure.taken import Sensed
+from trackdyn.measure.uncertainty import student, welch_degrees
+from trackdyn.simulation.recording import Recording
+
+HIGH = "high_frequency_g"
+CLEAR_ERRORS = 2.0  # standard errors, from which on a speed differs by more than scatter
+SPEED_TOLERANCE = 0.01  # share of a speed, from which on a difference is said
+
+
+def sensed_at(recording: Recording, rate: float) -> SensorSignal:
+    """Return what a sensor of a ``rate`` (Hz) up to that of the recording shows: means over its samples."""
+    if count := whole_ratio(recording.rate, rate):
+        return sense(recording, count)
+    signal = sense(recording)
+    ax, ay = (means(values, signal.rate, rate) for values in (signal.ax, signal.ay))
+    time = signal.time[0] - 1 / signal.rate + np.arange(1, ay.size + 1) / rate
+    return SensorSignal(time, ax, ay, rate, signal.clipped)
+
+
+@typed
+def compare(
+    recording: Recording, sensor: SensorRecord | pd.DataFrame | Path | str, mapping: SensorMapping | None = None
+) -> pd.DataFrame:
+    """Compare a recording with what `read_sensor` read, or reads now from a table of pandas or a file, with a mapping.
+
+    Returned is the table of `compare_with_sensor`; what seems wrong with the record is warned of. Raises `InputError`:
+    the record cannot be read without a guess, or does not fit the recording.
+    """
+    record = sensor
+    if not isinstance(record, SensorRecord):
+        own = next(iter(recording.sensors.values()))
+        record = read_sensor(record, mapping, own.range, recording.scene.rig.g)
+    table = compare_with_sensor(recording, record)
+    for sentence in doubts_of(recording, record, table):
+        warnings.warn(sentence, stacklevel=2)
+    return table
+
+
+def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
+    """Sentences on what seems wrong with a sensor's record; arguments are those of `other_speed`.
+
+    Where its axes are doubted, the line that is taken for its speed may be one of noise.
+    """
+    doubt = judge_axes(recording, record)
+    doubted = doubt.sentence if doubt else other_speed(recording, record, table)
+    return [*record.doubts, *filter(None, [doubted])]
+
+
+@typed
+def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
+    """Measures of both records and their difference, the faster record averaged over the samples of the slower one.
+
+    A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
+
+    Parameters
+    ----------
+    recording, record
+        Simulation and sensor.
+    name : str
+        What the recording is called in a refusal.
+
+    Returns
+    -------
+    DataFrame
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
+        values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with
+        what its step adds (`measure.metrics.whole_errors`); what the simulation is above the sensor, in percent of the
+        sensor's value and in standard errors of the difference; and from how many of these on it is more than
+        scatter, by Student's factor of 95 % for the turns that there are (Welch). Rows of the line are left out where a
+        record holds fewer than two turns of the loop; all that gravity is part of, where it is missing in the sensor's
+        record (`judge_axes`).
+
+    Raises
+    ------
+    InputError
+        A record is shorter than one turn of the loop.
+    """
+    loop_hz = recording.periods.loop_hz
+    if loop_hz and recording.seconds * loop_hz < 1:
+        reason = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
+        raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
+    if loop_hz:
+        record.require_turns(1 / loop_hz)
+    signal, slow = sensed_at(recording, min(record.rate, recording.rate)), record.averaged(recording.rate)
+    with naming(record.path):
+        own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
+    measures = [measure for measure in ACCELERATION if measure.compared]
+    columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column for measure in measures)]}
+    degrees = {}
+    for side, ay, hz, at, clipped in (
+        ("simulation", signal.ay, loop_hz, signal.rate, signal.clipped),
+        ("sensor", slow.ay, own_hz, slow.rate, record.clipped),
+    ):
+        sensed = Sensed(ay, at, hz)
+        values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
+        columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
+        degrees[side] = [0, 0, *(sensed.degrees(measure.column) for measure in measures)]
+    table, whole = pd.DataFrame(columns), whole_errors(recording.scene)
+    parts = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
+    parts = list(zip(*parts, strict=True))
+    simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
+    table["simulation_error"] = [whole(*row) for row in simulated]
+    excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
+    scatter = np.hypot(table.simulation_error, table.sensor_error)
+    table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
+    table["standard_errors"] = excess / scatter.replace(0, np.nan)
+    clear = [student(welch_degrees(whole, *errors)) for whole, errors in zip(scatter, parts, strict=True)]
+    table["clear_from"] = np.where(np.isfinite(table["standard_errors"]), clear, np.nan)
+    compared = table[["simulation", "sensor"]].notna().all(axis=1)
+    if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
+        compared = table.measure.isin(["rate_hz", "clipped", HIGH])
+    return table[compared].reset_index(drop=True)
+
+
+def in_words(table: pd.DataFrame) -> str:
+    """Say by how much, and by how many standard errors, RMS and SD of a `compare_with_sensor` differ.
+
+    Where gravity is missing, it is the content from 20 Hz on instead.
+    """
+    rows = table.set_index("measure")
+    names = {"rms_g": "RMS", "sd_g": "SD"} if "rms_g" in rows.index else {HIGH: "content from 20 Hz on"}
+    sentences = []
+    for measure, name in names.items():
+        excess, errors, clear = rows.loc[measure, ["difference_pct", "standard_errors", "clear_from"]].astype(float)
+        if not np.isfinite(excess):
+            continue
+        by = f": differs by {significant(abs(errors), 2)} standard errors"
+        if not np.isfinite(errors):
+            by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
+        elif abs(errors) < clear:
+            by = f", within {clear:.2g} standard errors: no difference that these records tell"
+        side = "above" if excess > 0 else "below"
+        sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
+    return "; ".join(sentences)
+
+
+def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
+    """Say at which speed a sensor's record was made, if the simulated loop turns at another; None if it does not.
+
+    ``table`` is that of `compare_with_sensor`. Another speed is one that differs by more than two standard errors and
+    by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.
+    """
+    hz, rpm, lines = recording.periods.loop_hz, recording.scene.motor_rpm, table.set_index("measure")
+    if record.wraps or "line_hz_binfree" not in lines.index:
+        return None
+    source = record.done.get("rate", "")
+    own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
+    if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
+        return None
+    guessed, other = "taken for" in source, ", or give the rate if it is another, `time: none, rate: HZ`"
+    turns = f"{own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}{f' at {source}' * guessed}"
+    return (
+        f"{record.path}: its loop turns {turns}, the simulated one {hz:.4g} times at {rpm:g} rpm, "
+        f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; compare with a run at "
+        f"{rpm * own_hz / hz:.4g} rpm{other * guessed}"
+    )

@@ -1,0 +1,449 @@
+"""The scorecard of a rig read: counted, and in words."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.measure.cells import significant
+from trackdyn_replication.paper.claims import (
+    GROUPS,
+    INDEPENDENT,
+    JUDGED,
+    MET,
+    NO_VALUE,
+    NOT_COMPARABLE,
+    NOT_MET,
+    VERDICTS,
+)
+
+# of the ring to choose: one for all speeds, one for each, and one for all by the durations of contacts
+RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS = "C26a", "C26c", "C26d"
+ENGAGED, ALL = TRACKS = ("engaged", "all")  # tracks that are in mesh as long as printed, and all that are judged
+FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
+RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
+FREE = "19"  # sentence that a summary of the tracks names: conclusion 3
+PITCH = "polygon"  # reading of equal pitch from which the recommended radius is counted
+OTHER_PITCHES = ("arc", "pins", "chord")
+RING_VELOCITY = "ring_contact.transition_velocity"
+CREEP_BOUNDS = (RUBBER[0], 10.0)  # s/m, that part tracks by their rings
+CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
+MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
+SHORT = {  # parts of claims in a few words, in the order of a summary
+    "C06a": "RMS of the acceleration, by speed (g)",
+    "C08": "amplitude of the dominant peak, by speed (g)",
+    "C15": "no ring: areas that the arcs touch",
+    "C27a": "no ring: contact duration of the left arc (% of a turn)",
+    "C27b": "no ring: contact duration of the right arc (% of a turn)",
+    "C17a": "ring: first touch of the left arc (s after that of the link)",
+    "C28b": "ring: contact duration of the left arc (% of a turn)",
+    "C20a": "ring: its force over that of both arcs",
+    "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
+    "C24a": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
+    "C26a": "recommended radius by our rule, to which the rig was fitted (m)",
+}
+IN_WORDS = {  # words of the paper, which prints no number
+    "C06a": "grows",
+    "C20a": "mainly the ring",
+    "C23a": "no contact",
+    "C24a": "practically none",
+}
+
+
+def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
+    """Sentences of the paper judged whole: shown where all of their statements are.
+
+    ``statements`` are those that decide: the ones that are not shown, else all.
+    """
+    rows = []
+    for number, parts in card.dropna(subset="sentence").groupby("sentence"):
+        lost = parts[parts["verdict"] == NOT_MET]
+        verdicts = set(parts["verdict"])
+        verdict = NOT_MET if len(lost) else min(verdicts - {MET}, default=MET)
+        deciding = ", ".join(_names(lost if len(lost) else parts))
+        rows.append([parts["rig"].iloc[0], int(number), sentences[int(number)], verdict, deciding])
+    return pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
+
+
+def _names(card: pd.DataFrame) -> pd.Series:
+    """Names of the statements of a scorecard: ``C16b``."""
+    return card["id"] + card["part"].fillna("")
+
+
+def _records(card: pd.DataFrame) -> list[dict]:
+    """Rows of a scorecard with their names, empty cells as text."""
+    return card.assign(name=_names(card)).astype(object).fillna("").to_dict("records")
+
+
+def count(judged: pd.DataFrame) -> tuple[int, int]:
+    """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
+    return int((judged["verdict"] == MET).sum()), int(judged["verdict"].isin(JUDGED).sum())
+
+
+def number_count(numbers: pd.DataFrame, group: str = INDEPENDENT) -> str:
+    """Count of the printed numbers of a group that a rig meets within their tolerance (`claims.printed_numbers`)."""
+    rows = numbers[numbers["group"] == group]
+    return f"{int(rows['met'].astype(bool).sum())} of {len(rows)} {GROUPS[group]}"
+
+
+def other_numbers(numbers: pd.DataFrame) -> str:
+    """Counts of the printed numbers that depend on others, or are no number of the paper's."""
+    groups = set(numbers["group"]) - {INDEPENDENT}
+    return _listed([number_count(numbers, group) for group in GROUPS if group in groups])
+
+
+def number_rows(numbers: pd.DataFrame) -> list[dict]:
+    """Rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
+    rows = []
+    for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        tolerance = f"± {row['tolerance']:g}{unit}" if row["tolerance"] != "" else "as it reads"
+        about = {
+            "what": row["claim"],
+            "group": row["group"],
+            "printed": str(row["printed"]),
+            "here": str(row["measured"]),
+        }
+        rows.append(about | {"tolerance": tolerance, "met": "●" if row["met"] else "○"})
+    return rows
+
+
+def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
+    """The counts of a rig, printed numbers first."""
+    (sentences, total), by_number = count(judged), _conclusions(judged)
+    met = [number for number, rows in by_number if set(rows["verdict"]) == {MET}]
+    which = f" (no. {_listed(met)})" if met else ""
+    counts = f"{sentences} of {total} sentences and {len(met)} of {len(by_number)} conclusions{which}"
+    return f"{number_count(numbers)}, {counts}"
+
+
+def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
+    """The counts of a rig in sentences, and which of the numbered conclusions on the ring it meets."""
+    met, total = count(judged)
+    rig = judged["rig"].iloc[0]
+    return (
+        f"The rig `{rig}` was fitted to meet the paper. It meets {number_count(numbers)} within their tolerance, and "
+        f"{met} of the {total} sentences of Sects. 5.2 and 6 that can be judged. Counted apart are numbers that are "
+        f"not independent: {other_numbers(numbers)}. Of the paper's four conclusions on the ring it meets "
+        f"{conclusions(judged)}."
+    )
+
+
+def conclusions(judged: pd.DataFrame) -> str:
+    """The numbered conclusions on the ring that a rig meets, in the words of the paper."""
+    words = [
+        f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
+        for number, rows in _conclusions(judged)
+        if set(rows["verdict"]) == {MET}
+    ]
+    return _listed(words) or "none"
+
+
+def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Sentences by the number of their conclusion."""
+    return list(judged.groupby(judged["sentence"].str.extract(CONCLUSION, expand=False)))
+
+
+def track_rows(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of a table of plausible tracks (``docs/measured/plausible_claims.csv`` or ``plausible_sentences.csv``) by
+    name and `TRACKS`.
+    """
+    return table.assign(name=table["name"].astype(str)).set_index(["name", "tracks"])
+
+
+def _percents(rows: pd.DataFrame | None, name: str) -> list[str]:
+    """Shares (%) of all tracks and of the engaged ones, of `track_rows`; a dash for what is not there."""
+    values = [np.nan if rows is None else rows["share"].get((name, tracks), np.nan) for tracks in TRACKS]
+    return ["–" if np.isnan(value) else f"{100 * value:.0f}" for value in values]
+
+
+def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
+    """Share of the decided tracks that show a statement, %, with its 90 % interval and its bounds; of `track_rows`.
+
+    The bounds stand behind a semicolon: what is not decided counts as no, and as yes.
+    """
+    row = rows.loc[(name, tracks)]
+    if not row["decided"]:
+        return "none that was decided"
+    share, low, high, least, most = (f"{100 * row[key]:.0f}" for key in ("share", "low", "high", "least", "most"))
+    return f"{share} % ({low} to {high}; {least} to {most})" if row["undecided"] else f"{share} % ({low} to {high})"
+
+
+SHARES_READ = (
+    "Brackets have the 90 % interval of a share of the decided tracks and, where some are not decided, the share with "
+    "these as no and as yes."
+)
+
+
+def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` and ``mobilised`` of
+    ``docs/measured/plausible_*.csv``.
+    """
+    share = share_of_tracks(track_rows(tables["sentences"]), FREE, ENGAGED)
+    low, other = creep_counts(tables["map"], FREE)
+    friction = mobilised(tables["mobilised"], RUBBER[0])
+    return [
+        f"{follows_sentence(tables['sentences'], tables['draws'])} {SHARES_READ}",
+        f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {share} of them; of all tracks on "
+        f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, and on {other} of the others. At that slope the "
+        f"ring of the default rig has {friction}.",
+        distance_sentence(tables["draws"]),
+    ]
+
+
+def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
+    """Name the sentences that nine of ten engaged tracks show."""
+    rows = track_rows(sentences)
+    engaged = rows.xs(ENGAGED, level="tracks")
+    follow = [
+        f"no. {name} ({statement}) on {share_of_tracks(rows, name, ENGAGED)}"
+        for name, statement in engaged.loc[engaged["class"] == FOLLOWS, "statement"].items()
+    ]
+    done = draws[draws["state"] == "done"]
+    count = int((done["engaged"] == 1).sum())
+    hold = f"{len(follow) or 'No'} sentence{'s hold' if len(follow) > 1 else ' holds'} on nine of ten of these"
+    listed = f": {_listed(follow)}" if follow else ""
+    return f"Of {len(done)} tracks sampled from assumed ranges {count} mesh as printed. {hold}{listed}."
+
+
+def mobilised(table: pd.DataFrame, slope: float) -> str:
+    """Mobilised friction of the default rig's ring at its radius, with the creep slope (s/m) nearest to this one.
+
+    ``table`` is ``docs/measured/plausible_mobilised.csv``; its range over the speeds is said.
+    """
+    nearest = table["creep"].iloc[(table["creep"] - slope).abs().argmin()]
+    values = table.loc[table["creep"] == nearest, "mobilised_friction"]
+    return f"a mobilised friction of {significant(values.min(), 2)} to {significant(values.max(), 2)}"
+
+
+def creep_slope(parameters: pd.DataFrame) -> float:
+    """Creep slope of a rig's ring, its friction over the velocity at which it is reached, s/m."""
+    of_rig = parameters.set_index("name")["value"]
+    return float(of_rig["ring_contact.friction_static"]) / float(of_rig[RING_VELOCITY])
+
+
+def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
+    """Tracks that show a sentence of those with a creep slope below that assumed for rubber, and of the others."""
+    rows = binned[binned["name"].astype(str) == name]
+    low = rows["creep_high"] <= RUBBER[0]
+    sums = (rows.loc[mask, ["shown", "decided"]].sum() for mask in (low, ~low))
+    first, second = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
+    return first, second
+
+
+def chosen_distances(draws: pd.DataFrame, reading: str = PITCH) -> pd.Series:
+    """The ring to choose less the equal-pitch radius by a reading, mm, of every track that has a choice."""
+    if "radius" not in draws:
+        return pd.Series(dtype=float)
+    return (1e3 * (draws["radius"] - draws[f"equal_pitch {reading}"])).dropna()
+
+
+def distance_sentence(draws: pd.DataFrame) -> str:
+    """The ring to choose as its distance from each reading of equal pitch, and how many tracks have none."""
+    distances = chosen_distances(draws)
+    if distances.empty:
+        return "Our rule recommends no ring for any track."
+    low, high = distances.quantile([0.1, 0.9])
+    middles = {name: chosen_distances(draws, name).median() for name in (PITCH, *OTHER_PITCHES)}
+    sides = [f"{abs(middle):.1f} mm {'above' if middle >= 0 else 'below'} `{name}`" for name, middle in middles.items()]
+    ran = draws[draws["state"] == "done"]
+    first, second = CREEP_BOUNDS
+    words = (f"below {first:g} s/m", f"from there to {second:g} s/m", f"above {second:g} s/m")
+    bins = pd.cut(ran["creep"], [0.0, first, second, np.inf], labels=words)
+    parts = [f"{rows.isna().sum()} of {len(rows)} {name}" for name, rows in ran["radius"].groupby(bins, observed=False)]
+    without = 100 * ran["radius"].isna().mean()
+    return (
+        "The rule by durations (that by the force of a tooth was not tried on these tracks) recommends a ring that "
+        f"lies {sides[0]}, the radius at which links and teeth have one pitch "
+        f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm). By other readings of that radius it lies "
+        f"{_listed(sides[1:])}. For {without:.0f} % of the tracks there is none: by the creep slope of the ring for "
+        f"{_listed(parts)}."
+    )
+
+
+def neighbours_free(near: pd.DataFrame) -> str:
+    """Count the neighbours of the default rig that show conclusion 3 (``docs/measured/plausible_near.csv``)."""
+    others = near[near["rig"] > 0]
+    return f"{int((others[FREE] == 1).sum())} of {len(others)}"
+
+
+def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
+    """What neighbours of the default rig lose of the sentences that it meets (``docs/measured/plausible_near.csv``)."""
+    others, met = near[near["rig"] > 0], judged.loc[judged["verdict"] == MET, "number"].astype(int).astype(str)
+    judged_names = others.columns[others.notna().any()]
+    lost = [
+        f"{name} ({missing} of {len(others)})"
+        for name in met
+        if name in judged_names and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
+    ]
+    return (
+        "Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm. "
+        f"Conclusion 3 (sentence {FREE}) holds on {neighbours_free(near)} of them; lost or not decided are "
+        f"{_listed(lost) or 'no sentences by more than one in ten'}."
+    )
+
+
+def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
+    """The ring to choose, at all speeds and at each alone, and why; the paper's choice but for an ``own`` rig."""
+    measured = (card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS))
+    row, by_speed, by_durations = (rows.iloc[0] if len(rows) else None for rows in measured)
+    if row is None or row["verdict"] not in JUDGED:
+        return "Without a ring study of enough radii no radius is chosen."
+    rule = (
+        "Our rule takes the smallest ring with which the largest force of a tooth is at most half of that without a "
+        "ring, at every speed."
+    )
+    if by_durations is not None:
+        radius = by_durations["measured"]
+        rule += (
+            " By durations, right arcs below 0.5 % of a turn and left ones at most a tooth's share of it plus 2 %, it "
+            f"would be {'none' if radius == NO_VALUE else f'{radius} m'}."
+        )
+    paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
+    alone = ""
+    if by_speed is not None and "," in str(by_speed["measured"]):
+        radii, rpms = str(by_speed["measured"]).split(", "), str(by_speed["speeds"]).removesuffix(".0").split(", ")
+        speeds: dict[str, list[str]] = {}  # that a radius is chosen at
+        for radius, rpm in zip(radii, rpms, strict=True):
+            speeds.setdefault("none" if radius == NO_VALUE else f"{radius} m", []).append(rpm)
+        if set(speeds) != {f"{row['measured']} m"}:
+            chosen = _listed([f"{radius} at {_listed(rpm)} rpm" for radius, rpm in speeds.items()])
+            alone = f" For one speed alone it would be {chosen}."
+    if row["measured"] == NO_VALUE:
+        return f"No radius of the study serves at every speed.{alone} {rule}{paper}"
+    return f"The recommended ring has a radius of {row['measured']} m.{alone} {rule}{paper}"
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Words as a list in a sentence: ``150, 180 and 210``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame | None = None) -> str:
+    """Say what is fitted, and which values are outside of their assumed ranges (`outside_values`)."""
+    kinds, cells = parameters["kind"].value_counts(), outside_values(parameters, of_ring)
+    fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
+    count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
+    text = f"The paper prints or implies {count}; {fitted} are fitted."
+    return f"{text} Values outside of the assumed ranges: {'; '.join(cells)}." if cells else text
+
+
+def outside_values(parameters: pd.DataFrame, of_ring: pd.DataFrame | None = None) -> list[str]:
+    """Values outside of their assumed ranges, each beside its range.
+
+    The transition velocity of the ring is given with the friction that it stands for, of the table ``of_ring``
+    (`mobilised`).
+    """
+    outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
+    cells = []
+    for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False):
+        words = re.sub("[._]", " ", name)
+        friction = ""
+        if name == RING_VELOCITY and of_ring is not None:
+            friction = f", {mobilised(of_ring, creep_slope(parameters))}"
+        cells.append(f"{words} {significant(float(value), 3)} {unit}{friction} (assumed: {low:g} to {high:g})")
+    return cells
+
+
+def answer_sentences(
+    card: pd.DataFrame,
+    judged: pd.DataFrame,
+    numbers: pd.DataFrame,
+    tracks: Mapping[str, pd.DataFrame] | None = None,
+    own: bool = False,
+) -> list[str]:
+    """The answer in sentences: the counts, what plausible tracks say (``tracks``), the ring to choose and why.
+
+    Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
+    """
+    if own:
+        return [radius_sentence(card, own)]
+    return [headline(judged, numbers), *(learned_sentences(tracks) if tracks else []), radius_sentence(card)]
+
+
+def statements_by_label(
+    card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]
+) -> dict[str, list[dict]]:
+    """Statements of the paper on each figure or table, by its label: sentences, and the statements that decide them.
+
+    ``shares`` are the tables of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence
+    follow from another one or are not judged; they stand last, under a sentence of no number.
+    """
+    card = card[~_waits(card)]
+    tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}
+    sentences = judged.set_index("number")
+    groups: dict[str, dict[int, dict]] = {}
+    labels: dict[int, str] = {}  # a sentence stands where its first statement does
+    for position, row in enumerate(_records(card)):
+        number = int(row["sentence"] or 0)
+        named = re.search(r"(Fig|Table)s?\.? (\d+)", row["place"])  # the first: ``Figs. 19, 20`` is Figure 19
+        heading = f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else row["place"]
+        label = labels.setdefault(number or -1 - position, heading)
+        whole = {
+            "number": number,
+            "sentence": sentences["sentence"].get(number, ""),
+            "verdict": sentences["verdict"].get(number, NOT_COMPARABLE),
+            "shares": _percents(tracks.get("sentences"), str(number)),
+            "statements": [],
+        }
+        sentence = groups.setdefault(label, {}).setdefault(number, whole)
+        sentence["statements"].append(_statement(row) | {"shares": _percents(tracks.get("claims"), row["name"])})
+    return {label: sorted(rows.values(), key=lambda row: row["number"] or 99) for label, rows in groups.items()}
+
+
+def _waits(card: pd.DataFrame) -> pd.Series:
+    """Which statements lack cells of the article's tables."""
+    return (card["verdict"] == NOT_COMPARABLE) & card["place"].str.startswith("Table")
+
+
+def waiting_sentence(card: pd.DataFrame) -> str:
+    """Sentence on the statements that lack cells of the article's tables; empty if none does."""
+    names = [*_names(card[_waits(card)])]
+    waits = f"{len(names)} statements ({', '.join(names)}) wait for cells of Tables 2 to 4, which our text lacks; "
+    return waits + "`config/article.csv` takes those of Table 3." if names else ""
+
+
+def _statement(row: Mapping) -> dict:
+    """A row of the scorecard in words."""
+    unit = "" if row["unit"] in ("1", "") else f" ({row['unit']})"
+    lost = row["verdict"] == NOT_COMPARABLE
+    why = (
+        row["fails_if"] and f"Fails if {row['fails_if']}.",
+        row["reason"],
+        f"{row['measured']}." if row["measured"] and lost else "",
+    )
+    return {
+        "id": row["name"],
+        "claim": f"{row['claim']}{unit}",
+        "printed": _rounded(str(row["printed"])) or "–",
+        "measured": "" if lost else _rounded(str(row["measured"])),
+        "difference": _difference(str(row["printed"]), str(row["measured"])),
+        "verdict": row["verdict"],
+        "why": " ".join(filter(None, why)),
+    }
+
+
+def statements(card: pd.DataFrame) -> pd.DataFrame:
+    """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``)."""
+    rows, by_name = [], {row["name"]: row for row in _records(card)}
+    for name in (name for name in SHORT if name in by_name):
+        row, printed = _statement(by_name[name]), IN_WORDS.get(name, str(by_name[name]["printed"]))
+        measured = f"{row['measured']} {MARKS[row['verdict']]}".strip()
+        rows.append([SHORT[name], printed, measured, row["difference"]])
+    return pd.DataFrame(rows, columns=["statement", "printed", f"rig {card['rig'].iloc[0]}", "difference"])
+
+
+def _difference(printed: str, measured: str) -> str:
+    """Measured less printed, number by number; a dash where one of them is no list of numbers."""
+    try:
+        pairs = zip(*(map(float, text.split(",")) for text in (measured, printed)), strict=True)
+        return ", ".join(f"{value - reference:+.2g}" for value, reference in pairs)
+    except ValueError:
+        return "–"
+
+
+def _rounded(text: str) -> str:
+    """Text with three significant digits in its numbers; a fit says no more. A range without width is one number."""
+    rounded = re.sub(r"\d+\.\d+", lambda number: significant(float(number[0])), text)
+    return re.sub(r"\b(\S+) to \1(?![\d.])", r"\1", rounded)

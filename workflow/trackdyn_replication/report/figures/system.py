@@ -1,0 +1,271 @@
+"""Figures 1, 4 and 16: the system and its model, contact surfaces, the test set-up."""
+
+from math import pi
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyBboxPatch, Polygon
+from matplotlib.path import Path
+
+from trackdyn.contact.laws import foot
+from trackdyn.measure.columns import words
+from trackdyn.plots import drawing
+from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
+from trackdyn.rig.layout import wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
+from trackdyn_replication.report import marks
+from trackdyn_replication.report.figures.engagement import seated_pins
+
+TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
+GROUND = 0.18  # depth of the ground under the lowest pin, m
+# a contact in the legend
+ZIGZAG = Path([(-3, 0), (-2, 0), *((-1.75 + 0.5 * i, 0.4 * (-1) ** i) for i in range(8)), (2, 0), (3, 0)])
+WIRE = {"markerfacecolor": "none", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the names of the wheels
+ON_CHAIN = {"color": BLUE, "linestyle": "-", "linewidth": 2.4}
+ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
+
+
+@styled
+def system_figure(rig: Rig) -> Figure:
+    """Draw Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
+    frame, shift = drawing.laid_frame(rig)
+    figure = new_figure(6.9)
+    system, model = figure.subplots(2, 1, sharex=True, sharey=True)
+    drawing.draw_loop(system, rig, frame, shift, rig.sprocket.ring_radius)
+    _draw_base(system, rig, frame, shift)
+    ring = "\nwith ring" if rig.ring_radius else ""
+    for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
+        marks.write_mark(system, (x, y + 0.13), f"{words(name)}{ring * (name == 'sprocket')}", bbox=BOX)
+    pins, _, _ = drawing.chain_points(rig, frame)
+    low = pins[:, 1].min() - GROUND
+    side = _side(rig)
+    for first, fraction, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
+        body = _above(rig, pins, first, fraction)
+        middle = 0.5 * (pins[body] + pins[body + 1])
+        marks.leader(system, middle, name, middle + [side * offset, 0.14])
+    marks.write_mark(system, (pins[:, 0].mean(), low - 0.1), "base")
+    corner = pins[:, 0].min() if side > 0 else pins[:, 0].max() - 0.2  # above the wheels, which stand lower
+    marks.axes_cross(system, (corner, pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
+    system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
+    _draw_model(model, rig, frame, shift)
+    for ax in (system, model):
+        ax.set(xlim=(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12), ylim=(low - 0.16, pins[:, 1].max() + 0.24))
+        marks.bare(ax)
+    model.set_title("(b) model: bodies, joints, contacts")
+    return figure
+
+
+def _side(rig: Rig) -> int:
+    """Return 1 if the sprocket is to the right of the wheels, else -1."""
+    return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.wheels.values()]) else -1
+
+
+def _above(rig: Rig, pins, first: int, fraction: float) -> int:
+    """Return the link (``first`` 0) or connector (1) of the upper strand at a fraction of the way to the next wheel."""
+    middles = 0.5 * (pins[:-1] + pins[1:])
+    nearest = min((wheel.x for wheel in rig.wheels.values()), key=lambda x: abs(x - rig.sprocket.x))
+    away = np.abs(middles[:, 0] - rig.sprocket.x - fraction * (nearest - rig.sprocket.x))
+    away[middles[:, 1] < rig.sprocket.y] = np.inf
+    return 2 * int(np.argmin(away[first::2])) + first
+
+
+def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
+    """Draw the ground, and the posts that hold the wheels' bearings."""
+    pins = drawing.chain_points(rig, frame)[0]
+    low = pins[:, 1].min() - GROUND
+    for x, y, _ in wheel_circles(rig, shift):
+        post = [[x - 0.02, y], [x + 0.02, y], [x + 0.05, low], [x - 0.05, low]]
+        ax.add_patch(Polygon(post, facecolor="0.75", edgecolor="0.3", linewidth=0.6, zorder=drawing.Z_RING - 0.5))
+    ends = pins[:, 0].min(), pins[:, 0].max()
+    ax.plot(ends, (low, low), "-", color=BLACK, linewidth=1.4)
+    for x in np.linspace(*ends, 60):
+        ax.plot((x, x - 0.025), (low, low - 0.03), "-", color=BLACK, linewidth=0.5)
+
+
+def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
+    """Return body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
+
+    ``frame`` is a row of ``Recording.frame``, with the tensioning wheel ``shift`` (m) along its line. A wheel that no
+    link touches before the loop has settled has the nearest one.
+    """
+    pins, _, _ = drawing.chain_points(rig, frame)
+    touching = []
+    for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
+        near = []
+        for body in range(0, len(pins) - 1, 2):
+            _, qx, qy, distance = foot(*map(float, (*pins[body], *pins[body + 1], x, y)))
+            near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
+        gap = max(TOUCH, min(gap for gap, *_ in near))
+        touching += [(body, wheel, q) for distance, body, q in near if distance <= gap]
+    return touching
+
+
+def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
+    pins, _, _ = drawing.chain_points(rig, frame)
+    circles = wheel_circles(rig, shift, surface=True)
+    _draw_base(ax, rig, frame, shift)
+    looks = [("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6})]
+    for first, (_, look) in enumerate(looks):
+        for body in range(first, len(pins) - 1, 2):
+            ax.plot(*pins[body : body + 2].T, "-", **look, zorder=drawing.Z_LINK)
+    joint = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": BLACK, "markersize": 3.5}
+    ax.plot(*pins[1:-1].T, **joint, zorder=drawing.Z_MARK)
+    cut = {"linestyle": "none", "marker": "X", "color": VERMILION, "markeredgecolor": BLACK, "markersize": 8}
+    ax.plot(*pins[0], **cut, zorder=drawing.Z_MARK + 1)
+    bearing = joint | {"marker": "o", "markersize": 8}
+    for x, y, r in circles:
+        # drawn small, so that the contacts are seen
+        ax.add_patch(Circle((x, y), 0.6 * r, facecolor="0.93", edgecolor=BLACK, linewidth=1.0, zorder=drawing.Z_RING))
+        ax.plot(x, y, **bearing, zorder=drawing.Z_MARK)
+    contact = {"color": BLACK, "linewidth": 0.8, "linestyle": "-"}
+    tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
+    for _, wheel, q in touching_links(rig, frame, shift):
+        spring = _spring(circles[wheel, :2], q, 0.6 * circles[wheel, 2])
+        marks.line(ax, *spring, **contact, zorder=drawing.Z_CONNECTOR)
+    away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
+    reach = rig.groove_profile.addendum + rig.chain.connector_radius  # Eq. 18
+    for pin in np.flatnonzero(away <= reach):
+        start = circles[0, :2] + 0.6 * circles[0, 2] * marks.directions(circles[0, :2], pins[pin])[0]
+        marks.line(ax, start, pins[pin], **tooth, zorder=drawing.Z_CONNECTOR)
+    looks += [
+        ("revolute joint with bushing", joint),
+        ("cut joint", cut),
+        ("bearing on the base", bearing),
+        ("contact of link and wheel", {"linestyle": "none", "marker": ZIGZAG, "markersize": 18} | WIRE),
+        ("arc within reach of the teeth", tooth),
+    ]
+    handles = [marks.handle(name, **look) for name, look in looks]
+    ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
+
+
+def _spring(centre, end, start: float) -> np.ndarray:
+    """Draw a zigzag from the distance ``start`` (m) of a centre to a point."""
+    along, left = marks.directions(centre, end)
+    sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
+    reach = np.linspace(start, np.hypot(*(end - centre)), 12)
+    return centre + np.outer(reach, along) + np.outer(sway, left)
+
+
+@styled
+def locations_figure(rig: Rig) -> Figure:
+    """Draw Figure 4, contact surfaces: connector and groove (a), link and ring (b), and the next two wheels (c, d)."""
+    frame, shift = drawing.laid_frame(rig)
+    figure = new_figure(3.6)
+    axes = figure.subplots(2, 2).ravel()
+    _draw_seat(axes[0], rig)
+    axes[0].set_title("(a) connector and groove")
+    wheels = {wheel for _, wheel, _ in touching_links(rig, frame, shift)}
+    for wheel, (ax, name, letter) in enumerate(zip(axes[1:], wheel_names(rig), "bcd", strict=False)):
+        if wheel in wheels:
+            _draw_link_on(ax, rig, frame, shift, wheel)
+        ax.set_title(f"({letter}) link and {words(name) if wheel else 'rubber ring'}")
+    for ax in axes[1 + len(wheel_names(rig)) :]:
+        ax.set_axis_off()
+    handles = [marks.handle("surface of the chain", **ON_CHAIN), marks.handle("surface that it touches", **ON_WHEEL)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_seat(ax: Axes, rig: Rig) -> None:
+    """Draw a connector at rest in its groove, both arcs and the ten areas emphasized."""
+    home = rig.changed(sprocket__x=0.0, sprocket__y=0.0)
+    beta = pi / rig.sprocket.teeth - pi / 2  # angle of groove 1 (Eq. 12), which points up
+    drawing.draw_sprocket(ax, home, -beta, None)
+    pins = seated_pins(rig)
+    look = {"facecolor": drawing.CONNECTOR, "alpha": 0.85, "zorder": drawing.Z_CONNECTOR}
+    ax.add_patch(drawing.connector_patch(rig, pins, **look))
+    end = drawing.circle_points((0.0, 0.0), rig.chain.connector_radius, pi / 2, 3 * pi / 2, 40)
+    for pin, flip in zip(pins, (1, -1), strict=True):
+        marks.line(ax, *(pin + end * [flip, 1]), **ON_CHAIN)
+        marks.point(ax, pin)
+    marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
+    _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
+    marks.write_mark(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
+    marks.write_mark(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
+
+
+def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
+    """Draw a link in the middle of those on a wheel, rotated so that it lies on top."""
+    on_it = [(body, q) for body, on, q in touching_links(rig, frame, shift) if on == wheel]
+    body, q = on_it[len(on_it) // 2]
+    x, y, r = wheel_circles(rig, shift, surface=True)[wheel]
+    angle = pi / 2 - np.arctan2(*(q - [x, y])[::-1])
+    # move the wheel's centre to the sprocket's, then turn everything about it
+    centre = drawing.sprocket_centre(rig)
+    view = np.array(frame)
+    view[:2] += centre - [x, y]
+    view = drawing.turned(rig, view, angle)
+    if wheel == 0:
+        drawing.draw_sprocket(ax, rig, view[-1], r)
+    else:
+        for size, face, edge in ((r, drawing.RUBBER, BLACK), (0.9 * r, drawing.STEEL, drawing.STEEL_EDGE)):
+            ax.add_patch(Circle(centre, size, facecolor=face, edgecolor=edge, zorder=drawing.Z_RING))
+    drawing.draw_chain(ax, rig, view, opacity=0.85)
+    for bodies in ax.collections:  # connectors are next to ring and tyres: drawn behind them
+        if bodies.get_zorder() == drawing.Z_CONNECTOR:
+            bodies.set_zorder(drawing.Z_RING - 0.5)
+    pins, angles, _ = drawing.chain_points(rig, view)
+    lower = drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body])
+    marks.line(ax, *lower, **ON_CHAIN, zorder=drawing.Z_MARK + 1)
+    ends = (pi / 2 + fraction * rig.chain.link_length / r for fraction in (0.75, -0.75))
+    marks.line(ax, *drawing.circle_points(centre, r, *ends, 80), **ON_WHEEL)
+    middle = 0.5 * (pins[body] + pins[body + 1])
+    _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
+    marks.write_mark(ax, middle, "link")
+    marks.write_mark(ax, centre + [-0.03, r - 0.042], words(wheel_names(rig)[wheel]))
+    if wheel == 0:
+        marks.leader(ax, centre + (r - 0.009) * marks.polar(pi / 2 - 0.15), "ring", centre + [0.06, r - 0.042])
+
+
+def _close_view(ax: Axes, middle) -> None:
+    drawing.view(ax, middle, (0.115, 0.07))
+    marks.bare(ax)
+
+
+@styled
+def setup_figure(rig: Rig) -> Figure:
+    """Draw Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
+    frame, shift = drawing.laid_frame(rig)
+    side, pins = _side(rig), drawing.chain_points(rig, frame)[0]
+    body = _above(rig, pins, 0, 0.5)  # where the selected link may be seen
+    figure = new_figure(3.5)
+    ax = figure.subplots()
+    drawing.draw_loop(ax, rig, frame, shift, rig.sprocket.ring_radius, highlight=(body,))
+    _draw_base(ax, rig, frame, shift)
+    angles = drawing.chain_points(rig, frame)[1]
+    sensor = drawing.placed([[rig.first_sensor.x, rig.first_sensor.y]], pins[body], angles[body])[0]
+    up = marks.polar(angles[body] + pi / 2)
+    box = drawing.placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
+    ax.add_patch(Polygon(box, facecolor=ORANGE, edgecolor=BLACK, zorder=drawing.Z_MARK))
+    for name, start in (("x", -0.0), ("y", pi / 2)):
+        end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
+        marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
+        marks.write_mark(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
+    text = f"wireless acceleration sensor on link {rig.first_sensor.pitch}\n"
+    text += f"{rig.rate} Hz, \N{PLUS-MINUS SIGN}{rig.first_sensor.range:g} g"
+    marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
+    half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
+    x = ends[side > 0] + 0.36 * side  # position of the boxes, next to the sprocket
+    motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
+    for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
+        look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
+        ax.add_patch(FancyBboxPatch([x, y] - half, *(2 * half), **look))
+        marks.write_mark(ax, (x, y), name)
+    wave = np.linspace(sensor + 0.06 * up + [0.05 * side, 0.03], [x - side * half[0], collection], 90)
+    wave[:, 1] += 0.012 * np.sin(np.linspace(0, 30 * pi, 90)) * (np.arange(90) < 84)
+    ax.plot(*wave.T, "-", color=BLUE, linewidth=0.8, label="radio")
+    marks.arrow(ax, wave[-4], wave[-1], color=BLUE)
+    marks.write_mark(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
+    marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
+    shaft = [[x - side * half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
+    marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
+    marks.write_mark(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
+    low = pins[:, 1].min() - GROUND
+    for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
+        marks.write_mark(ax, (wx, wy + 0.12), words(name), bbox=BOX)
+    left, right = sorted((ends[side < 0] - 0.1 * side, x + side * (half[0] + 0.08)))
+    ax.set(xlim=(left, right), ylim=(low - 0.08, sensor[1] + 0.5))
+    marks.bare(ax)
+    return figure

@@ -1,0 +1,114 @@
+"""Tables 3 and 4, and the dominant peaks: metrics of the long records beside the sensor's and the printed values."""
+
+from trackdyn.sweeps.snakemake_job import run_job
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import zip_longest
+from math import inf, nan
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
+from trackdyn.inputs.files import write_csv
+from trackdyn.measure.columns import error_of
+from trackdyn.measure.taken import record_metrics
+from trackdyn_replication.paper import printed
+from trackdyn_replication.paper.printed import SENSORS, value_difference
+
+Sensors = Mapping[float, SensorRecord | None]
+
+
+def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.Series, dict | None]]:
+    """Speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
+    runs = metrics.set_index("rpm")
+    for rpm, record in sorted(sensors.items()):
+        run = runs.loc[rpm]
+        yield rpm, run, record and record_metrics(record.ay, record.rate, run["line_hz_binfree"])
+
+
+def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
+    """RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the paper's,
+    against its own measured data.
+
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``, what the
+    record is, stands in every row.
+    """
+    rows = []
+    for rpm, run, measured in _pairs(metrics, sensors):
+        sensor = measured or defaultdict(lambda: nan)
+        row = {"speed_rpm": rpm, "sensor_record": label}
+        for name, paper in printed.DIFFERENCES.items():
+            simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
+            measured, standard_error = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
+            row |= {
+                f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
+                f"{name}_sensor_g": measured, f"{name}_sensor_error_g": standard_error,
+                f"{name}_difference_pct": value_difference(simulated, measured),
+                f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, standard_error)[1],
+                f"{name}_difference_printed_against_papers_own_data_pct": paper.get(rpm, nan),
+            }  # fmt: skip
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
+    """Ratio of two independent results and its standard error, to first order (JCGM 100:2008, 5.1.2); NaN over zero."""
+    ratio = value / base if base else nan
+    return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else nan
+
+
+def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
+    """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
+
+    Parameters are those of :func:`table3`.
+    """
+    rows = []
+    names = {  # of a column here, and in `measure.taken.sensor_metrics`
+        f"line_{prefix}{name}": f"line_{name}{ending}"
+        for name in ("hz", "error_hz", "g", "error_g")
+        for prefix, ending in (("", ""), ("binfree_", "_binfree"))
+    }
+    for rpm, run, measured in _pairs(metrics, sensors):
+        for source, of_paper, line in (("simulation", "simulation", run), (label, "experiment", measured)):
+            if line is not None:
+                row = {"speed_rpm": rpm, "source": source}
+                row |= {name: float(line[column]) for name, column in names.items()} | {"printed_of_papers": of_paper}
+                hz, g, _ = printed.LINES[of_paper]
+                rows.append(row | {"line_printed_hz": hz.get(rpm, nan), "line_printed_g": g.get(rpm, nan)})
+    return pd.DataFrame(rows)
+
+
+def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
+    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost
+    comparison.
+
+    ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).
+    """
+    rows = []
+    table = metrics.set_index("run")
+    for rpm in speeds:
+        fine, coarse = table.loc[f"{rpm:g}rpm"], table.loc[f"coarse/{rpm:g}rpm"]
+        row = {"rpm": rpm}
+        for name in ("rms_g", "sd_g", "left_rms_n"):
+            error = error_of(name)
+            row |= {f"{name}_ten_arcs": fine[name], f"{name}_ten_arcs_error": fine[error]}
+            row |= {f"{name}_three_surfaces": coarse[name], f"{name}_three_surfaces_error": coarse[error]}
+            ratio, ratio_error = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
+            row |= {f"{name}_difference_pct": 100 * (ratio - 1), f"{name}_difference_error_pct": 100 * ratio_error}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+@run_job
+def main(job) -> None:
+    """Rule `statistics`."""
+    params, output = job.params, job.output
+    label, metrics = SENSORS[params.synthetic], pd.read_csv(job.input.metrics)
+    records = metrics.set_index("run").loc[params.runs].reset_index()
+    paths = zip_longest(params.speeds, job.input.get("sensors", ()))
+    sensors = {rpm: read_sensor(path, range_g=inf) if path else None for rpm, path in paths}
+    write_csv(output.csv, table3(records, sensors, label))
+    write_csv(output.lines, lines_table(records, sensors, label))
+    write_csv(output.coarse, table4(metrics, params.speeds))

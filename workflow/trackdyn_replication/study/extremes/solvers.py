@@ -1,0 +1,190 @@
+"""Extremes of the chain: 3 to 5,000 pitches, light connectors, digits of the sweep and of the literal product."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from trackdyn.chain import riccati
+from trackdyn.model.arrays import make_state, make_work
+from trackdyn.model.constants import Chain
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.build import build_chain
+from trackdyn_replication.study.extremes import transfer_product
+from trackdyn_replication.study.extremes.judge import COMPLETED, attempted, below, within_bounds
+from trackdyn_replication.study.extremes.restitution import lighter
+
+FAMILY = "length of the chain"
+LONGEST_PRODUCT = 70  # bodies; its numbers overflow beyond a few hundred
+SOLVERS = ("riccati", "transfer_product")
+KINDS = ("link and connector", "uniform bars", "centres of percussion")
+SEEDS = 3
+EPS = float(np.finfo(float).eps)
+# Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
+# body far away depends on all bodies between, so that the error may grow with their number squared.
+LEAST_ERROR = 1e-12
+# Tolerance of the logarithm of the growth a body: a loop is not a straight line.
+GROWTH_TOLERANCE = 0.2
+
+
+# a chain in motion: angles and rates, forces x and y and moments at the mass centres, bushing torques
+Pose = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
+    """Return a chain of an even number of ``bodies`` of one kind."""
+    period = build_chain(rig)
+    length, mass, inertia = (np.tile(a[:2], bodies // 2) for a in (period.length, period.mass, period.inertia))
+    if kind == "uniform bars":
+        length, mass = np.full(bodies, length[0]), np.full(bodies, mass[0])
+        inertia = mass * length**2 / 12
+    elif kind == "centres of percussion":
+        inertia = mass * (length / 2) ** 2
+    return period._replace(
+        length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(bodies),
+        free_angle=-2 * np.pi / bodies,
+    )  # fmt: skip
+
+
+def make_pose(chain: Chain, seed: int) -> Pose:
+    """Return a random convex clockwise loop whose rates keep it closed, with kilonewtons at every body."""
+    rng = np.random.default_rng(seed)
+    n = len(chain.length)
+    steps = rng.uniform(0.8, 1.2, n)
+    angle = -2 * np.pi * np.cumsum(steps) / steps.sum()
+    for _ in range(20):
+        rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+        angle -= rows.T @ np.linalg.solve(rows @ rows.T, [chain.length @ np.cos(angle), chain.length @ np.sin(angle)])
+    rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+    rate = rng.normal(0.0, 4.0, n)
+    rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+    joint = np.append(np.diff(angle), angle[0] - angle[-1] - 2 * np.pi)
+    relative = np.append(np.diff(rate), rate[0] - rate[-1])
+    torque = -chain.stiffness * (joint - chain.free_angle) - chain.damping * relative
+    wrench = rng.normal(0.0, 1.0, (3, n)) * np.array([[2000.0], [2000.0], [60.0]])
+    return angle, rate, *wrench, torque
+
+
+def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    """Return angular accelerations (rad/s2) and that of the first pin (m/s2) of a chain in a pose, by a solver."""
+    if solver == "transfer_product":
+        alpha, start = transfer_product.accelerations(chain, *pose)
+        return alpha, start[:2]
+    angle, rate, *loads = pose
+    state, work = make_state(len(angle), 1, 1), make_work(len(angle), 1, 1)
+    state.angle[:], state.rate[:] = angle, rate
+    work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
+    for array, load in zip((work.force_x, work.force_y, work.moment, work.torque), loads, strict=True):
+        array[:] = load
+    riccati.accelerations(chain, state, work, 0.0)
+    sweep = work.sweep
+    return sweep.response @ sweep.load, sweep.base @ sweep.load
+
+
+def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
+    """Return the residual of the equations of motion over their largest term, in extended precision and O(n).
+
+    Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
+    chain but for the force through the cut; that one is taken where Euler's equations fit best. The
+    residual is of Euler's equations, the force behind the last body and the closure of the pins.
+    """
+    long = np.longdouble
+    angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
+    cos, sin = np.cos(angle), np.sin(angle)
+    side = chain.length * np.array([cos, sin])
+    arm = np.array([chain.com_x * cos - chain.com_y * sin, chain.com_x * sin + chain.com_y * cos])
+    force = np.array([fx, fy - chain.mass * chain.gravity])
+
+    def swing(r):
+        return alpha * np.array([-r[1], r[0]]) - rate**2 * r
+
+    def cross(a, b):
+        return a[0] * b[1] - a[1] * b[0]
+
+    pins = np.asarray(base, long)[:, None] + np.cumsum(np.column_stack([np.zeros(2, long), swing(side)]), axis=1)
+    inertial = chain.mass * (pins[:, :-1] + swing(arm))
+    through = np.cumsum(np.column_stack([np.zeros(2, long), force - inertial]), axis=1)
+    spin = chain.inertia * alpha - moment + torque - np.roll(torque, 1)
+    spin += cross(arm, through[:, :-1]) + cross(side - arm, through[:, 1:])
+    normal = side[::-1] * np.array([[-1], [1]])  # cross(side, cut force) as a product
+    a, b, c = (normal[0] ** 2).sum(), (normal[0] * normal[1]).sum(), (normal[1] ** 2).sum()
+    right = -normal @ spin
+    cut = np.array([c * right[0] - b * right[1], a * right[1] - b * right[0]]) / (a * c - b * b)
+
+    def share(left, *terms):
+        return np.abs(left).max() / max(np.abs(term).max() for term in terms)
+
+    euler = share(spin + cut @ normal, moment, chain.inertia * alpha, cross(side, through[:, 1:] + cut[:, None]))
+    newton, closure = share(through[:, -1], force, inertial), share(pins[:, -1] - pins[:, 0], pins, swing(side))
+    return float(max(euler, newton, closure))
+
+
+def solver_error(solver: str, chain: Chain) -> float:
+    """Return the median over poses of the sweep's residual, or of the literal product's difference from the sweep."""
+    errors = []
+    for seed in range(SEEDS):
+        pose = make_pose(chain, seed)
+        try:
+            alpha, base = solve(solver, chain, pose)
+        except np.linalg.LinAlgError:  # numbers overflowed or the system is singular: no digit is left
+            errors.append(np.inf)
+            continue
+        if not (np.isfinite(alpha).all() and np.isfinite(base).all()):
+            errors.append(np.inf)
+        elif solver == "transfer_product":
+            expected, _ = solve("riccati", chain, pose)
+            errors.append(float(np.abs(alpha - expected).max() / np.abs(expected).max()))
+        else:
+            errors.append(newton_euler_residual(chain, pose, alpha, base))
+    return float(np.median(errors))
+
+
+def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
+    """Yield rows of sweep and literal product on every kind of chain; the product of up to `LONGEST_PRODUCT`."""
+    for kind in KINDS:
+        for n in bodies:
+            chain = make_chain(rig, kind, n)
+            for solver in SOLVERS:
+                if solver == "riccati" or n <= LONGEST_PRODUCT:
+                    yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, solver, chain, kind)
+
+
+def _digits(solver: str, chain: Chain, kind: str) -> dict:
+    n = len(chain.length)
+    marks = {"group": f"{solver}, {kind}", "at": n}
+    if solver == "transfer_product":
+        if kind != KINDS[2]:  # there the prediction is infinite but for rounding
+            with np.errstate(over="ignore"):  # rounding times the growth along the chain
+                marks |= {"expected": float(EPS * np.float64(transfer_product.growth(chain)) ** (n / 2))}
+        return {"outcome": COMPLETED, "measure": "error", "value": solver_error(solver, chain)} | marks
+    return below(solver_error(solver, chain), max(LEAST_ERROR, EPS * n**2), "residual", **marks)
+
+
+def growth_rates(rig: Rig) -> Iterator[dict]:
+    """Yield the growth of the literal product's error per body, for two kinds of chain."""
+    for kind in KINDS[:2]:
+        yield attempted(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
+
+
+def _growth(rig: Rig, kind: str) -> dict:
+    """Return columns of the growth between six bodies and the last number with a correct digit."""
+    errors = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+    sizes = [n for n, error in errors.items() if error < 1e-2]
+    rate = np.exp(np.polyfit(sizes, np.log([errors[n] for n in sizes]), 1)[0])
+    closed = transfer_product.growth(make_chain(rig, kind, 6)) ** 0.5
+    value, expected = float(np.log10(rate)), float(np.log10(closed))
+    return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
+
+
+def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
+    """Yield rows of the sweep with links up to a million times as heavy as connectors.
+
+    The condition of the equations grows with the ratio of the masses, and so does the bound of the residual.
+    """
+    for ratio in ratios:
+        yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
+
+
+def _light(rig: Rig, ratio: float) -> dict:
+    chain = make_chain(rig.changed(**lighter(rig, ratio)), KINDS[0], 70)
+    bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))
+    return below(solver_error("riccati", chain), bound, "residual", group="riccati", at=ratio)

@@ -1,0 +1,109 @@
+"""Steps at which the explicit integrator diverges, in runs forced beyond the scene's limit."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import step_limits
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import SettledLoops
+from trackdyn_replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
+from trackdyn_replication.study.extremes.restitution import STEEL_AND_TOOTH
+
+SECONDS = 0.2
+MOST_STEPS = 200_000
+# A forced run is stable if its kinetic energy never exceeds this many times that of the finest run. Motion
+# with the chain alone explains a few per cent; contact that feeds on the step doubles it in milliseconds.
+EXCESS = 2.0
+QUANTITIES = {
+    "stiffness": "Young's modulus of the teeth (Pa)",
+    "speed": "motor speed (rpm)",
+    "ring": "radius of the ring (m)",
+    "tension": "pre-tension (N)",
+}
+
+
+def forced_run(start: Loop, step: float) -> float:
+    """Return the largest kinetic energy of a run at a step of any size, J; inf if it left the physical range."""
+    loop = start.copy()
+    steps = min(round(SECONDS / step), MOST_STEPS)
+    stride = max(round(1e-3 / step), 1)
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step, stride=stride))
+    most = 0.0
+    for _ in range(steps // stride):
+        try:
+            loop.step(stride)
+        except DivergenceError:
+            return np.inf
+        kinetic = loop.energy["kinetic"]
+        if not np.isfinite(kinetic):
+            return np.inf
+        most = max(most, kinetic)
+    return most
+
+
+def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
+    """Yield runs over a quantity (`QUANTITIES`) and step, without friction and loss: contact stiffness limits the step.
+
+    There is no ring unless its radius is the quantity. The finest step of the reference is 1e-5 s; shorter ones run for
+    as many steps. With their loss, which is damped at the instant of the force, teeth stay stable at a few times the
+    limit. The limit is that at the tension with which the loop has settled.
+    """
+    steps, starts = [1e-3 / count for count in steps_per_ms], SettledLoops()
+    bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
+    for value in values:
+        of_rig = {"stiffness": dict.fromkeys(STEEL_AND_TOOTH, value), "tension": {"tension__pre_tension": value}}
+        of_scene = {"speed": {"motor_rpm": value}, "ring": {"ring_radius": value}}
+        changed = rig.changed(**of_rig.get(quantity, {}))
+        scene = Scene(changed, step=1e-5, **(FAST | bare | of_scene.get(quantity, {})))
+        try:
+            start = Loop(scene, starts)
+        except InputError:  # without friction and loss it may not come to rest
+            yield attempted(f"step and {quantity}", f"{QUANTITIES[quantity]} {value:g}", Loop, scene, starts)
+            continue
+        limits = step_limits(start.model, start.layout.settled_tension_n)
+        limit = min(step for name, step in limits.items() if "contact stiffness" in name)
+        finest = forced_run(start, max(min(steps), 1e-5))
+        for step in steps:
+            case = f"{QUANTITIES[quantity]} {value:g}, step {step:.4g} s"
+            marks = {"expected": limit, "group": f"{value:g}", "at": step}
+            yield attempted(f"step and {quantity}", case, _forced, start, scene, step, finest, marks)
+
+
+def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:
+    """Return columns of a forced run, and whether a scene with its step would be refused."""
+    excess = forced_run(start, step) / finest
+    row = marks | {"measure": "kinetic energy over that of the finest step", "value": excess, "bound": EXCESS}
+    try:
+        scene.with_(step=step)
+    except InputError as refusal:
+        return row | {"outcome": REFUSED, "reason": str(refusal)}
+    if np.isinf(excess):
+        return row | {"outcome": REFUSED, "reason": "the kernel reports a body beyond the physical range"}
+    return row | ({"outcome": COMPLETED} if excess <= EXCESS else {"reason": f"{excess:.3g} times the kinetic energy"})
+
+
+def map_rows(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    """Return forced runs of a quantity as numbers, without values at which no loop came to rest."""
+    table = rows[(rows["family"] == f"step and {quantity}") & pd.to_numeric(rows["group"], "coerce").notna()]
+    return table.astype(dict.fromkeys(("group", "at", "value", "expected", "bound"), float))
+
+
+def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
+
+    ``quantity, value, limit, stable, unstable``; NaN where no step was stable, or none unstable.
+    """
+    parts = []
+    for name in QUANTITIES:
+        table = map_rows(rows, name)
+        stable = table["value"] <= table["bound"]
+        steps = {"limit": table.groupby("group")["expected"].first()}
+        steps["stable"] = table[stable].groupby("group")["at"].max()
+        steps["unstable"] = table[~stable].groupby("group")["at"].min()
+        parts.append(pd.DataFrame(steps).rename_axis("value").reset_index().assign(quantity=name))
+    return pd.concat(parts, ignore_index=True)
