@@ -1,6 +1,6 @@
 """Tracks sampled from assumed ranges, and the rows of their scenes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,6 +41,12 @@ def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
         yield DrawnRig(draw, {name: fields[name] for name in unknowns.labels}, *built(unknowns.rig, fields))
 
 
+def rigs_of(config: PlausibleConfig, draws: Iterable[int]) -> dict[int, Rig]:
+    """The rigs of some draws, in their order; without those that cannot be built."""
+    rigs = {track.draw: track.rig for track in drawn_rigs(config)}
+    return {draw: rig for draw in draws if (rig := rigs[draw]) is not None}
+
+
 def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]:
     """Values whose tip slope is as far along the slopes with which the groove closes as along its range.
 
@@ -76,7 +82,7 @@ def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
 def scenes(config: PlausibleConfig) -> list[list]:
     """Speed, ring radius and whether it is measured in detail, of every scene of a row."""
     detailed = {(rpm, config.ring_radius_m) for rpm in config.radii_m} | {(config.speed_rpm, None)}
-    # without a ring the paper shows one speed; a ring is chosen by what it is without one at every speed of the study
+    # without a ring the paper shows one speed; a ring is chosen by what it is without one at every speed of its study
     bare = {config.speed_rpm: None} | {rpm: None for rpm, rings in config.radii_m.items() if len(rings) > 1}
     runs = [*bare.items(), *((rpm, ring) for rpm, rings in config.radii_m.items() for ring in rings)]
     return [[rpm, ring, (rpm, ring) in detailed] for rpm, ring in runs]

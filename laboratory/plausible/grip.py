@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.draws import drawn_rigs, run_rigs
+from laboratory.plausible.draws import rigs_of, run_rigs
 from laboratory.plausible.rows import scene_name
-from laboratory.plausible.settings import Friction, GripRun, PlausibleConfig, load_plausible
+from laboratory.plausible.settings import Friction, PlausibleConfig, TrackRun, load_plausible
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
@@ -30,8 +30,7 @@ SETTING = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
 def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
     """Return the rigs by draw that a table of judged draws calls engaged, in the order of the draws."""
     table = pd.read_csv(draws)
-    engaged = set(table.loc[table["engaged"] == 1, "draw"])
-    return {track.draw: track.rig for track in drawn_rigs(config) if track.draw in engaged and track.rig is not None}
+    return rigs_of(config, table.loc[table["engaged"] == 1, "draw"])
 
 
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
@@ -50,11 +49,9 @@ def _setting(friction: Friction, value: float) -> tuple[dict[str, Any], dict[str
 
 
 def run_laws(
-    config: PlausibleConfig, run: GripRun, tracks: Mapping[int, Rig], rpm: float, jobs: int, store: Path | str
+    config: PlausibleConfig, run: TrackRun, tracks: Mapping[int, Rig], rpm: float, jobs: int, store: Path | str
 ) -> pd.DataFrame:
     """Run tracks with every law at one speed (rev/min); return what each decides (`decided`), a row a track and law."""
-    of_run = {"starts": [config.row.starts[run.start - 1]], "integrator": run.integrator}
-    of_run = config.model_copy(update={"row": config.row.model_copy(update=of_run)})
     cases = [
         (draw, setting, rig.changed(**changes))
         for friction in config.grip.laws
@@ -62,7 +59,7 @@ def run_laws(
         for draw, rig in list(tracks.items())[:: math.lcm(run.every, friction.every)]
     ]
     scenes = [[rpm, radius, False] for radius in config.grip.radii_m[rpm]]
-    rows = run_rigs(of_run, [rig for *_, rig in cases], scenes, jobs, store)
+    rows = run_rigs(config.of_run(run), [rig for *_, rig in cases], scenes, jobs, store)
     place = {"start": run.start, "integrator": run.integrator, "rpm": rpm}
     return pd.DataFrame([
         {"draw": draw, **place, **setting, "state": row["state"], **decided(config, rpm, row)}

@@ -1,83 +1,117 @@
-"""The ring to choose on sampled tracks, by the force of a tooth and by contact durations: what it gains and costs."""
+"""The ring to choose on sampled tracks, by the force of a tooth and by contact durations: what it gains and costs.
 
-from collections.abc import Iterable, Mapping, Sequence
+Every track that ran and did not jam is run with rings of all radii and without one, at two speeds, those that mesh as
+printed first. Peaks are means over the passages of a short record (`rows.run_rig`), largest samples.
+"""
+
+from trackdyn.sweeps.snakemake_job import run_job
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.draws import DrawnRig, scenes
+from laboratory.plausible.draws import rigs_of, run_rigs
 from laboratory.plausible.rows import Values, scene_name
-from laboratory.plausible.settings import PlausibleConfig
-from laboratory.plausible.verdicts import JAMMED, is_jammed
+from laboratory.plausible.settings import PlausibleConfig, TrackRun, load_plausible
+from laboratory.plausible.verdicts import JAMMED
+from trackdyn.inputs.files import write_csv
+from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.ring_rule import OTHER_FORCES, DurationRule, RingRule, with_tooth_forces
 from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
 
-CHOSEN, NONE, DIFFER = "chosen", "none", "starts differ"  # states of a rule on a track that ran
+# states of a rule on a track that ran: a ring is chosen; some keep the bound, each with one above that does not; none
+CHOSEN, NARROW, NONE = "chosen", "larger misses", "none"
 DURATIONS = "durations"  # name of the rule of the paper's durations; others are named by their share
-HEAD = ["draw", "rule", "state", "radius_m", "tooth_ratio", "tension_ratio", "mobilised_friction"]
 
 
-def ring_table(config: PlausibleConfig, drawn: Sequence[DrawnRig], rows: Iterable[Mapping]) -> pd.DataFrame:
-    """Return what each rule recommends on each track.
+def judged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
+    """Return the rigs by draw that a table of draws judges, those that are engaged first."""
+    table = pd.read_csv(draws)
+    done = table[table["state"] == DONE].sort_values("engaged", ascending=False, kind="stable")
+    return rigs_of(config, done["draw"])
 
-    Parameters
-    ----------
-    config : PlausibleConfig
-    drawn : sequence of DrawnRig
-    rows : iterable of dict
-        Of each of them, as `draws.run_rigs` gives it.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A row per draw and rule: ``draw``; ``rule``, the share of `RingRule` (0.3, 0.5, 0.7) or ``durations``;
-        ``state``, that of a row that did not run, ``jammed``, ``starts differ``, ``none`` or ``chosen``; and of the
-        ring that is chosen ``radius_m``, ``tooth_ratio`` and ``tension_ratio`` (1; the force of a tooth and the tension
-        of the strand over those without a ring, the largest of the speeds) and ``mobilised_friction`` (1; mean over the
-        speeds), of the first start. Then the readings of equal pitch (``equal_pitch <reading>``, m).
+def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
+    """Yield what each rule chooses in a study, a row per radius (NaN: no ring) and speed.
+
+    ``rule``: the share of `RingRule` (0.3, 0.5, 0.7), or ``durations``; ``state``; of the ring that is chosen
+    ``radius_m``, ``tooth_ratio`` and ``tension_ratio`` (1; force of a tooth and tension of the strand over those
+    without a ring, the largest of the speeds); ``kept_m``, the radii that keep the bound, the smallest first;
+    ``least_ratio``, the least ``tooth_ratio`` of any ring.
     """
-    table = []
-    for track, row in zip(drawn, rows, strict=True):
-        equal = track.rig.equal_pitch_radii if track.rig is not None else {}
-        readings = {f"equal_pitch {name}": radius for name, radius in equal.items()}
-        for name, of_rule in _choices(config, row, track.rig).items():
-            table.append({"draw": track.draw, "rule": name, **of_rule, **readings})
-    frame = pd.DataFrame(table)
-    return frame.reindex(columns=[*HEAD, *(name for name in frame if name not in HEAD)])
-
-
-def _choices(config: PlausibleConfig, row: Mapping, rig: Rig | None) -> dict[str, dict]:
-    """Return what each rule recommends on one track."""
-    teeth = rig.sprocket.teeth if rig is not None else 1
+    study = with_tooth_forces(study)
     rules = {f"{share:g}": RingRule(share) for share in sorted({RingRule().tooth_force, *OTHER_FORCES})}
-    rules |= {DURATIONS: DurationRule(teeth)}
-    if rig is None or row["state"] != DONE:
-        return {name: {"state": row["state"]} for name in rules}
-    starts = row["values"]["starts"]
-    if any(is_jammed(config, values) for values in starts):
-        return {name: {"state": JAMMED} for name in rules}
-    studies = [with_tooth_forces(_study(config, values)) for values in starts]
-    return {name: _chosen(rule, studies) for name, rule in rules.items()}
+    least = RingRule.worst(study).min()
+    for name, rule in (rules | {DURATIONS: DurationRule(teeth)}).items():
+        kept, radius = [ring for ring, keeps in rule.kept(study).items() if keeps], rule.radius(study)
+        rows = study[study["ring_radius_m"] == radius]
+        yield {
+            "rule": name,
+            "state": CHOSEN if radius == radius else NARROW if kept else NONE,
+            "radius_m": radius,
+            **rows[["tooth_ratio", "tension_ratio"]].max().to_dict(),
+            "kept_m": " ".join(f"{ring:g}" for ring in sorted(kept)),
+            "least_ratio": least,
+        }
 
 
-def _chosen(rule: RingRule | DurationRule, studies: list[pd.DataFrame]) -> dict:
-    """Return the ring that a rule recommends from every start, with what it gains and costs from the first one."""
-    radii = [rule.radius(study) for study in studies]
-    if len({-1.0 if np.isnan(radius) else radius for radius in radii}) > 1:
-        return {"state": DIFFER}
-    if np.isnan(radii[0]):
-        return {"state": NONE}
-    rows = studies[0][studies[0]["ring_radius_m"] == radii[0]]
-    worst = rows[["tooth_ratio", "tension_ratio"]].max().to_dict()
-    return {"state": CHOSEN, "radius_m": radii[0], **worst, "mobilised_friction": rows["mobilised_friction"].mean()}
+def of_track(config: PlausibleConfig, run: TrackRun, row: Mapping, rig: Rig) -> list[dict]:
+    """Return `choices` of a row (`rows.run_rig`), or its state alone: it did not run, or its chain is jammed.
+
+    ``mobilised_friction`` is that of the paper's ring (1; mean of the speeds), ``right_back_m`` the least ring that
+    brings the right arc back at a speed, above one with which it is free (m; NaN: none).
+    """
+    if row["state"] != DONE:
+        return [{"state": row["state"]}]
+    study = _study(config, run, row["values"]["starts"][0])
+    of_paper = study[study["ring_radius_m"] == config.ring_radius_m]
+    if of_paper["ring_share_pct"].min() < TOUCHING:
+        return [{"state": JAMMED}]
+    right = study.groupby("ring_radius_m")["right_share_pct"].max()
+    back = right.index[(right >= TOUCHING) & (right.index > right.index[right < TOUCHING].min())].min()
+    about = {"mobilised_friction": of_paper["mobilised_friction"].mean(), "right_back_m": back}
+    return [choice | about for choice in choices(study, rig.sprocket.teeth)]
 
 
-def _study(config: PlausibleConfig, values: Values) -> pd.DataFrame:
-    """Return the ring study of a start: a row per ring, and none, at every speed that is run without a ring."""
-    all_scenes = scenes(config)
-    speeds = [rpm for rpm, ring, _ in all_scenes if ring is None]
+def _study(config: PlausibleConfig, run: TrackRun, values: Values) -> pd.DataFrame:
     return pd.DataFrame([
         {"rpm": rpm, "ring_radius_m": np.nan if ring is None else ring, **values[scene_name(rpm, ring)]}
-        for rpm, ring, _ in all_scenes if rpm in speeds
+        for rpm, ring, _ in _scenes(config, run)
     ])  # fmt: skip
+
+
+def _scenes(config: PlausibleConfig, run: TrackRun) -> list[list]:
+    return [[rpm, ring, False] for rpm in run.speeds_rpm for ring in (None, *config.rings.radii_m)]
+
+
+def rings(
+    config: PlausibleConfig, tracks: Mapping[int, Rig], engaged: set[int], jobs: int, store: Path | str
+) -> pd.DataFrame:
+    """Run the study; return a row per track, start and rule: ``draw, engaged, start``, readings of equal pitch (m;
+    ``polygon_m``, ...), then `choices`.
+
+    ``store`` has the rows that came, so that the same call goes on where one was ended; ``jobs`` processes compute.
+    """
+    table = []
+    for run in config.rings.runs:
+        chosen = dict(list(tracks.items())[: config.rings.tracks : run.every])
+        rows = run_rigs(config.of_run(run), list(chosen.values()), _scenes(config, run), jobs, store)
+        for (draw, rig), row in zip(chosen.items(), rows, strict=True):
+            readings = {f"{name}_m": radius for name, radius in rig.equal_pitch_radii.items()}
+            about = {"draw": draw, "engaged": int(draw in engaged), "start": run.start, **readings}
+            table += [about | choice for choice in of_track(config, run, row, rig)]
+    return pd.DataFrame(table)
+
+
+@run_job
+def main(job) -> None:
+    """Rule `rings_table`."""
+    config, draws = load_plausible(job.input.config), pd.read_csv(job.input.draws)
+    tracks = judged_rigs(config, job.input.draws)  # of all draws, also for the short form
+    config = config.shortened() if job.params.short else config
+    engaged = set(draws.loc[draws["engaged"] == 1, "draw"])
+    table = rings(config, tracks, engaged, job.threads, job.params.store)
+    write_csv(job.output[0], table, float_format="%.5g")

@@ -85,9 +85,9 @@ class Friction(Section):
     every: Count = 1
 
 
-class GripRun(Section):
-    """A run of the study of the ring's tangential force: start (1, 2, ... of `Row`), integrator, each how many tracks,
-    speeds (rev/min).
+class TrackRun(Section):
+    """A run of a study of sampled tracks: start (1, 2, ... of `Row`), integrator, each how many tracks, speeds
+    (rev/min).
     """
 
     start: Count
@@ -101,8 +101,16 @@ class Grip(Section):
 
     tracks: Count
     radii_m: dict[float, Numbers]
-    runs: Annotated[list[GripRun], Field(min_length=1)]
+    runs: Annotated[list[TrackRun], Field(min_length=1)]
     laws: Annotated[list[Friction], Field(min_length=1)]
+
+
+class RingChoice(Section):
+    """The study of the ring to choose: most tracks, radii (m), runs."""
+
+    tracks: Count
+    radii_m: Numbers
+    runs: Annotated[list[TrackRun], Field(min_length=1)]
 
 
 class Short(Section):
@@ -129,6 +137,7 @@ class PlausibleConfig(Section):
     near: Near
     search: Search
     grip: Grip
+    rings: RingChoice
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
 
@@ -136,6 +145,11 @@ class PlausibleConfig(Section):
     def with_one_start(self) -> "PlausibleConfig":
         """The same with rows of the first start alone."""
         return self.model_copy(update={"row": self.row.model_copy(update={"starts": self.row.starts[:1]})})
+
+    def of_run(self, run: TrackRun) -> "PlausibleConfig":
+        """The same with rows of the start and the integrator of a run."""
+        row = {"starts": [self.row.starts[run.start - 1]], "integrator": run.integrator}
+        return self.model_copy(update={"row": self.row.model_copy(update=row)})
 
     @property
     def rigs(self) -> list[str]:
@@ -147,7 +161,9 @@ class PlausibleConfig(Section):
         near = self.near.model_copy(update={"rigs": 1})
         radii = {rpm: sorted({*rings[:2], self.ring_radius_m}) for rpm, rings in self.grip.radii_m.items()}
         grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii, "runs": self.grip.runs[:1]})
-        return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near, "grip": grip})
+        rings = self.rings.model_copy(update={"tracks": 1, "runs": self.rings.runs[:1]})
+        few = {"tooth_detail": 1, "near": near, "grip": grip, "rings": rings}
+        return self.model_copy(update=self.short.model_dump() | few)
 
     def drawn_unknowns(self) -> Unknowns:
         """Unknowns of a draw, in the assumed ranges."""

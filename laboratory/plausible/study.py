@@ -7,7 +7,6 @@ from pathlib import Path
 import pandas as pd
 
 from laboratory.plausible.draws import drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
-from laboratory.plausible.rings import ring_table
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, tooth_detail, with_creep
 from laboratory.plausible.verdicts import judge_rig, judge_rows
@@ -53,12 +52,6 @@ def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path 
     return judge_rows(config, drawn, rows, judged_claims(path), load_sentences(path))
 
 
-def run_rings(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Return the rings to choose on every drawn rig (`rings.ring_table`), from the rows of `run_draws`."""
-    drawn = list(drawn_rigs(config))
-    return ring_table(config, drawn, run_rigs(config, [track.rig for track in drawn], scenes(config), jobs, store))
-
-
 def run_tooth_detail(config: PlausibleConfig, judged: pd.DataFrame, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run the first tracks that meet the printed engagement with both tooth profiles, from one start.
 
@@ -99,6 +92,5 @@ def main(job) -> None:
     judged = run_draws(config, path, *execution)
     results = tables(config, judged, path)
     results |= {"tooth": run_tooth_detail(config, judged, *execution), "near": run_neighbours(config, path, *execution)}
-    results |= {"rings": run_rings(config, *execution)}
     for name, table in results.items():
         write_csv(job.output[name], table)

@@ -1,6 +1,6 @@
 # Which sentences of the paper follow from the model (docs/answer.md). Rows are kept as they come, so that a study that is killed goes on.
 
-PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "tooth", "near", "rings")
+PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "tooth", "near")
 
 
 rule plausible_tables:
@@ -63,6 +63,27 @@ rule grip_table:
 rule grip:
     """The study of the ring's tangential force in full (some two hours on two cores; ask for it by name)."""
     input: f"{L}/grip.csv"
+
+
+rule rings_table:
+    """The ring to choose by the force of a tooth and by durations on sampled tracks, those that mesh as printed first."""
+    input:
+        config="config/plausible.yaml",
+        draws="docs/measured/plausible_draws.csv",
+        rig=load_plausible("config/plausible.yaml").rig,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output: f"{L}/{{short}}rings.csv"
+    params:
+        short=lambda wildcards: bool(wildcards.short),
+        store=lambda wildcards: f"{L}/{wildcards.short}plausible",
+    threads: lambda wildcards: 1 if wildcards.short else 2
+    log: f"{L}/logs/{{short}}rings.log"
+    script: "../plausible/rings.py"
+
+
+rule rings:
+    """The study of the ring to choose in full (some twenty minutes of a processor; ask for it by name)."""
+    input: f"{L}/rings.csv"
 
 
 SEARCHES = ("slips", "grips")
