@@ -206,6 +206,24 @@ def tensioner(rig: Rig) -> int:
     return wheel_names(rig).index(rig.tension.wheel)
 
 
+def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
+    """Return the wheel that a load brakes, as its index in `wheel_names`, and the lever (m) of the chain about it.
+
+    A load is a pull of the chain: the difference of the tensions of the two strands that meet the wheel. Of the wheels
+    that turn freely it is the one around which the chain wraps most, where friction carries most. The lever is that of
+    the line of the pins, ``p / phi``: the chain moves on by a pitch p while links that do not slide turn the wheel by
+    ``phi``, the angle over which a pitch with its pins on one circle reaches. A brake of load times lever so takes the
+    load times the speed of the chain. Raises `InputError`: the loop cannot be laid.
+    """
+    lengths = body_lengths(rig, chain)
+    laid = assemble(rig, lengths)
+    wraps = np.bincount(laid.order, laid.path.wrap)
+    wheel = 1 + int(np.argmax(wraps[1:]))
+    pitch = lengths[: len(lengths) // rig.chain.pitches]
+    pins = wheel_circles(rig, body=float(lengths[0]))[wheel, 2]
+    return wheel, float(pitch.sum() / (2 * np.arcsin(pitch / (2 * pins))).sum())
+
+
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
     """Return arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
 

@@ -43,7 +43,8 @@ class Rig(Section):
     """Rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
     Wheels other than the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors``
-    is shown and compared by default.
+    is shown and compared by default. ``load`` is the pull of the chain that a scene takes where it states none
+    (`trackdyn.rig.layout.braked_wheel`).
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
@@ -55,6 +56,7 @@ class Rig(Section):
     profile: ToothProfile | None = None
     wheels: Annotated[dict[str, Wheel], AfterValidator(FrozenDict)] = Field(default_factory=FrozenDict)
     drag: Annotated[sections.Drag, Quantity("name")] = "rolling"
+    load: sections.Pull = 0.0
     tension: sections.Tension
     steel: sections.Steel
     tooth_contact: Surface

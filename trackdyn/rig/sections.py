@@ -75,6 +75,8 @@ class Wheel(Section):
         return self.arm or self.slider
 
 
+# pull of the chain by a brake, N; a hundred times the weight of a heavy vehicle on one track is no load
+Pull = Annotated[float, Quantity("N", ge=0, le=1e7)]
 FrictionLaw = Literal["regularised", "dahl"]
 Kept = Literal["locked", "retensioned", "sprung"]
 Drag = Literal["viscous", "coulomb", "rolling"]

@@ -182,10 +182,15 @@ def build_wheels(scene) -> Wheels:
         """Return a field of all wheels, zero for the sprocket and if the scene has another law of drag."""
         return np.array([0.0, *(getattr(roller, field) * (scene.drag == law) for roller in rollers)])
 
+    brake = np.zeros(len(x))  # N m
+    if scene.load:
+        wheel, lever = scene.braked_wheel
+        brake[wheel] = scene.load * lever
     return Wheels(
         present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
         inertia=column("inertia"), drag=column("bearing_drag", "viscous") + column("seal_drag", "rolling"),
-        torque=column("bearing_torque", "coulomb"), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(len(x)),
+        torque=column("bearing_torque", "coulomb") + brake,
+        half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(len(x)),
         law=np.array([_law(rig, surface, scene) for surface in surfaces], LAW),
         rolling=column("rolling_arm", "rolling"),
     )  # fmt: skip

@@ -132,6 +132,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("pitches", lambda s: s.belt and s.pitches,
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
+    ("load", lambda s: s.belt and s.load,
+     "a belt is a path without forces (chain='belt'); use 0, or chain='double_pin'"),
     ("every_link", lambda s: s.belt and s.every_link,
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
     ("chain",

@@ -7,10 +7,12 @@ from typing import Annotated, Any, NamedTuple, NoReturn
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from trackdyn.chain.kinematics import SLOW
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.notebook import html_table
 from trackdyn.inputs.validation import FROM_THE_RIG, FrozenDict, Positive, Section, plain_count, plain_number, shown
 from trackdyn.model.constants import Model
+from trackdyn.rig.layout import braked_wheel, wheel_names
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.build import build_model
@@ -21,6 +23,8 @@ from trackdyn.scene.step import LEAST_STEP, allowed_step, round_step, usual_step
 Number = Annotated[float, BeforeValidator(plain_number)]
 # Longest recording, lead-in or ramp, s; shortest ramp, s.
 LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
+# Largest load, N: that of a rig file; rate of its wheel (rad/s) from which its brake has 99.5 % of its torque
+LARGEST_LOAD, BRAKES_FROM = 1e7, 3 * SLOW
 FASTEST = 1e5  # rev/min; the tests run 10,000
 MOST_STEPS = 1e10  # a day of computing
 MARGIN = 0.7  # share of the step limit at the pre-tension: with a larger ring the loop settles tighter
@@ -75,6 +79,10 @@ class Scene(Choices):
     motor_rpm: Number
     #: Radius of the sprocket's rubber ring, m, None for no ring; the rig's own by default.
     ring_radius: Number | None = of_rig(lambda rig: rig.ring_radius)
+    #: Pull of the chain, N: the difference of the tensions of the strands on either side of the wheel that it brakes
+    #: (`trackdyn.rig.layout.braked_wheel`), beside the drag of all wheels; the rig's own by default, usually 0. The
+    #: brake acts against the rotation: the loop is tensioned and settles without it.
+    load: Number = of_rig(lambda rig: rig.load)
     #: Recorded time, s.
     duration: Number = 90.0
     #: Time at constant speed before the record begins, s.
@@ -128,6 +136,7 @@ class Scene(Choices):
             ("duration", sample, LONGEST_RUN, "s"),
             ("lead_in", 0.0, LONGEST_RUN, "s"),
             ("ramp", LEAST_RAMP, LONGEST_RUN, "s"),
+            ("load", 0.0, LARGEST_LOAD, "N"),
         ):
             value = getattr(self, field)
             if not least <= value <= most:
@@ -160,6 +169,13 @@ class Scene(Choices):
                     f"must be between {low:.4f} m (touches no link) and {high:.4f} m "
                     "(overlaps the chain), or null (command line: none) for no ring",
                 )
+        if self.load and 0 < self.motor_rpm * self.braked_rate < BRAKES_FROM:
+            self._refuse(
+                "load",
+                f"its brake fades on a wheel that hardly turns, as the {wheel_names(self.rig)[self.braked_wheel[0]]} "
+                f"at motor_rpm = {self.motor_rpm:g}; use a speed of {BRAKES_FROM / self.braked_rate:.3g} rev/min or "
+                "more, or no load",
+            )
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
@@ -207,6 +223,16 @@ class Scene(Choices):
         """Angular velocity of the sprocket, rad/s; negative is clockwise."""
         return -self.motor_rpm / self.rig.sprocket.transmission_ratio * 2 * pi / 60
 
+    @cached_property
+    def braked_wheel(self) -> tuple[int, float]:
+        """Index of the wheel that a load brakes, and the lever (m) of the chain about it (`layout.braked_wheel`)."""
+        return braked_wheel(self.rig, self.chain)
+
+    @property
+    def braked_rate(self) -> float:
+        """Rate (rad/s) of that wheel for a motor speed of 1 rev/min, where nothing slides on it."""
+        return self.rig.pitch / Periods.at(self.rig, 1.0).passage / self.braked_wheel[1]
+
     @property
     def periods(self) -> Periods:
         """Periods of sprocket, loop and pitch at nominal speed; ``n / (60 ratio) m / N`` Hz."""
@@ -245,9 +271,10 @@ class Scene(Choices):
 
     @property
     def summary(self) -> str:
-        """Return one line: speed, ring, length and step."""
+        """Return one line: speed, ring, load, length and step."""
         ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
-        return f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
+        load = f"load of {self.load:g} N, " if self.load else ""
+        return f"{self.motor_rpm:g} rev/min, {ring}, {load}{self.duration:g} s in steps of {self.time_step:g} s"
 
     def rows(self) -> dict[str, str]:
         """Return what runs in words, by name, as a notebook shows it."""
@@ -255,6 +282,8 @@ class Scene(Choices):
         times = {name.replace("_", "-"): f"{getattr(self, name):g} s" for name in ("duration", "lead_in", "ramp")}
         choices = {name.replace("_", " "): choice.setting.replace("_", " ") for name, choice in self.fidelity.items()}
         head = {"rig": self.rig.summary, "motor speed": f"{self.motor_rpm:g} rev/min", "ring radius": ring}
+        if self.load:
+            head["load"] = f"{self.load:g} N, by a brake on the {wheel_names(self.rig)[self.braked_wheel[0]]}"
         return head | times | {"step": f"{self.time_step:g} s"} | choices
 
     def _repr_html_(self) -> str:

@@ -58,8 +58,11 @@ def usual_step(scene) -> float:
 def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> float:
     """Return a step (s), or ``share`` of the limit of a loop at rest with a tension (N) if that is less.
 
+    The tight strand bears at most the scene's load more.
+
     Raises `InputError`: the step is too large and the scene asks for it, or the limit is far below the usual step.
     """
+    tension += scene.load
     limits = step_limits(scene.model_of_step(step), tension, METHODS[scene.integrator])
     cause, limit = min(limits.items(), key=lambda item: item[1], default=("", inf))
     if step <= limit:

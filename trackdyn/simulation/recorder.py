@@ -10,6 +10,7 @@ from trackdyn.inputs.memory import free_memory
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
+from trackdyn.simulation.brake import check_load
 from trackdyn.simulation.energy_balance import check_account, passed_pitches
 from trackdyn.simulation.loop_arrays import flat
 from trackdyn.simulation.recording import Recording, provenance
@@ -231,9 +232,11 @@ class Recorder:
     def recording(self) -> Recording:
         """The recording so far.
 
-        Raises `DivergenceError`: a number is not finite, or the energy balance is open (`check_account`).
+        Raises `DivergenceError`: a number is not finite, or the energy balance is open (`check_account`);
+        `InputError` as `check_load`.
         """
         self._check_account()
+        check_load(self.scene, self.record.samples.wheel_rate[: self.done])
         record, scene = self.record, self.scene.with_(step=self.loop.model.step)
         rate, stride = scene.rig.rate, record.frame_stride
         if self.done < self.samples:

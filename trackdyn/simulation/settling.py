@@ -40,7 +40,7 @@ HALVINGS = 2
 # Settled loops that are kept from process to process, the last ones, of 30 kB each.
 MOST_KEPT = 500
 # Fields of a scene on which a loop at rest does not depend.
-LATER = ("motor_rpm", *RECORD_FIELDS)
+LATER = ("motor_rpm", "load", *RECORD_FIELDS)
 
 
 class Layout(NamedTuple):
@@ -71,7 +71,8 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     locked. Every other ring starts from there, as the paper's wheels stay where they are. Raises `InputError`: the
     tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
     """
-    settled = (loops or SettledLoops(capacity=0)).at_rest(scene)
+    # a brake would hold the strands' tensions apart; it acts where wheels turn
+    settled = (loops or SettledLoops(capacity=0)).at_rest(scene.with_(load=0.0) if scene.load else scene)
     rig, tension = scene.rig, settled.tension()
     step = allowed_step(scene, scene.time_step, tension)
     layout = Layout(float(settled.shift), settled.reached, tension)

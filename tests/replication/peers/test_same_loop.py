@@ -18,14 +18,16 @@ from trackdyn_replication.study.settings import PEER_LAWS
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
     """The loop that the refusal advises exists."""
     with pytest.raises(
-        InputError, match=r"; chain = double_pin, tension = locked, .* bushing_law = viscous is accepted"
+        InputError, match=r"; chain = double_pin, tension = locked, .* bushing_law = viscous, load = 0 is accepted"
     ):
         run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, contact_log=False, **PEER_LAWS), 5e-4)
     scene = Scene(rig, 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
     assert free_wheels(scene, scene.model)[:, 1].tolist() == [wheel.bearing_drag for wheel in rig.wheels.values()]
 
 
-@pytest.mark.parametrize("other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}])
+@pytest.mark.parametrize(
+    "other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}, {"load": 1e3}]
+)
 def test_a_law_that_the_other_code_has_not_is_refused(rig, other):
     """It was left out unsaid."""
     scene = Scene(rig, 115.0, **PEER_LAWS | other)

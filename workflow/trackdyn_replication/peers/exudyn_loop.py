@@ -52,11 +52,12 @@ def free_wheels(scene: Scene, model: Model) -> np.ndarray:
     Raises `InputError`: this code has no such loop.
     """
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
-    if len(model.carriers.wheel) or model.space is not None or scene.chain != "double_pin" or laws != PEER_LAWS:
+    other = len(model.carriers.wheel) or model.space is not None or scene.chain != "double_pin" or scene.load
+    if other or laws != PEER_LAWS:
         raise InputError(
             "the loop in Exudyn has wheels without arms or sliders, viscous drag and bushings, "
             "and double pins in the plane; chain = double_pin, tension = locked, space = planar, drag = viscous, "
-            "bushing_law = viscous is accepted"
+            "bushing_law = viscous, load = 0 is accepted"
         )
     return np.column_stack([model.wheels.inertia, model.wheels.drag])[1:]
 
