@@ -30,13 +30,19 @@ class DrawnRig(NamedTuple):
     reason: str
 
 
-def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
-    """Every draw in the order of the sequence, so that fewer draws are the first of more."""
+def drawn_values(config: PlausibleConfig) -> Iterator[dict[str, float]]:
+    """Yield the values by unknown of every draw in the order of the sequence; fewer draws are the first of more."""
     unknowns = config.drawn_unknowns()
     sequence = qmc.Sobol(len(unknowns.labels), scramble=True, seed=config.seed)
     points = sequence.random_base2(int(np.ceil(np.log2(config.draws))))
-    for draw, x in enumerate(points[: config.draws]):
-        values = cut_tip(unknowns, unknowns.values(x))
+    for x in points[: config.draws]:
+        yield cut_tip(unknowns, unknowns.values(x))
+
+
+def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
+    """Yield every draw in the order of the sequence."""
+    unknowns = config.drawn_unknowns()
+    for draw, values in enumerate(drawn_values(config)):
         fields = unknowns.changes(values)
         yield DrawnRig(draw, {name: fields[name] for name in unknowns.labels}, *built(unknowns.rig, fields))
 

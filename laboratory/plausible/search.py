@@ -1,6 +1,7 @@
 """A rig that meets as many printed numbers as it can: damped least squares (Levenberg and Marquardt)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice, product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from laboratory.plausible.distances import cost, residuals
-from laboratory.plausible.draws import built, run_rigs
+from laboratory.plausible.draws import built, drawn_values, run_rigs
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import evidence
@@ -20,6 +21,7 @@ from trackdyn_replication.paper.scorecard import count, sentence_verdicts
 DAMPINGS = (0.1, 0.5, 2.0, 8.0, 30.0, 120.0)  # steps of an iteration, run side by side
 INSIDE = 0.001, 0.999  # of the ranges
 LARGEST_STEP = 0.18  # of a range
+LEAST_SQUARES, INDEPENDENT = "least squares", "independent"
 GAIN = 0.03  # share of the cost below which the differences are taken anew
 LEAST_DIFFERENCE = 0.002  # of a range, at which a search ends
 
@@ -33,7 +35,9 @@ def searched_unknowns(config: PlausibleConfig, name: str) -> Unknowns:
 
 
 class Outcome(NamedTuple):
-    """What a rig gave: residuals (`distances.residuals`), printed numbers that it meets, sentences that it shows."""
+    """What a rig gave: residuals (`distances.residuals`), independent printed numbers that it meets, sentences that it
+    shows.
+    """
 
     residuals: dict[str, float]
     numbers: int
@@ -62,43 +66,63 @@ class Searching:
             return None
         values = row["values"]["starts"][0]
         shown_by = evidence(self.config, self.scenes, values, rig)
-        numbers = printed_numbers(self.claims, shown_by)["met"].sum()
+        printed = printed_numbers(self.claims, shown_by)
+        numbers = printed.loc[printed["group"] == INDEPENDENT, "met"].sum()
         judged = sentence_verdicts(judge_all(self.claims, shown_by), self.sentences)
         return Outcome(residuals(self.config, values), int(numbers), count(judged)[0])
 
-    def search(self, name: str) -> pd.DataFrame:
-        """Every row of a search: ``search, row, cost, numbers, sentences`` and every unknown.
+    def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.
 
-        An iteration takes differences of all unknowns, and steps of several dampings of which the best is kept.
-        Broyden's update corrects the Jacobian by what the steps gave, as long as they gain enough.
+        A value outside the range that the unknown has in this search is taken to its bound.
+        """
+        own, scan = self.settings.searches[name].values, self.settings.scan
+        drawn = dict(enumerate(islice(drawn_values(self.config), max(self.settings.draws) + 1)))
+        points = {f"draw {draw}": drawn[draw] | own for draw in self.settings.draws}
+        for scanned in product(*scan.values()):
+            changes = dict(zip(scan, scanned, strict=True))
+            points |= {f"draw {draw}, scanned": drawn[draw] | own | changes for draw in self.settings.draws}
+            for begin in list(points):
+                values = points.pop(begin)
+                within = [
+                    unknown.position(min(max(values[unknown.label], unknown.low), unknown.high))
+                    for unknown in unknowns.unknowns
+                ]
+                yield begin, np.clip(within, *INSIDE)
+
+    def search(self, name: str) -> pd.DataFrame:
+        """Return every row of a search: ``search, row, begin, cost, numbers, sentences`` and every unknown.
+
+        ``begin`` says how a row came: a draw, a draw that was scanned, or the least squares. These go on from the row
+        of least cost: an iteration takes differences of all unknowns, and steps of several dampings of which the best
+        is kept. Broyden's update corrects the Jacobian by what the steps gave, as long as they gain enough.
         """
         unknowns = searched_unknowns(self.config, name)
-        values = self.settings.searches[name].values
-        start = np.array(
-            [np.nan_to_num(unknown.position(values[unknown.label]), nan=0.5) for unknown in unknowns.unknowns]
-        )
-        start = np.clip(start, *INSIDE)
         rows: list[dict] = []
 
-        def evaluate(points: Sequence[np.ndarray]) -> list[np.ndarray | None]:
+        def evaluate(points: Sequence[np.ndarray], begin: str = LEAST_SQUARES) -> list[np.ndarray | None]:
             points = [np.round(x, 12) for x in points]
             vectors = []
             for x, outcome in zip(points, self.outcomes(unknowns, points), strict=True):
-                at = {"search": name, "row": len(rows) + 1}
+                at = {"search": name, "row": len(rows) + 1, "begin": begin}
                 if outcome is not None:
                     at |= {"cost": cost(outcome.residuals), "numbers": outcome.numbers, "sentences": outcome.sentences}
                 rows.append(at | unknowns.values(x))
                 vectors.append(None if outcome is None else np.arcsinh(list(outcome.residuals.values())))
             return vectors
 
-        (vector,) = evaluate([start])
-        if vector is not None:
-            self._descend(start, vector, evaluate, rows)
+        starts = list(self.starts(name, unknowns))
+        vectors = [evaluate([x], begin)[0] for begin, x in starts]
+        tried = [(float(vector @ vector), i) for i, vector in enumerate(vectors) if vector is not None]
+        if tried:
+            i = min(tried)[1]
+            self._descend(starts[i][1], vectors[i], evaluate, rows)
         return pd.DataFrame(rows)
 
     def _descend(self, x: np.ndarray, vector: np.ndarray, evaluate, rows: list) -> None:
         difference, jacobian = self.settings.difference, None
-        while len(rows) < self.settings.rows and difference > LEAST_DIFFERENCE:
+        most = len(rows) + self.settings.rows
+        while len(rows) < most and difference > LEAST_DIFFERENCE:
             points, vectors = [], []
             if fresh := jacobian is None:
                 moves = np.diag(np.where(x + difference < 1, difference, -difference))

@@ -1,4 +1,4 @@
-"""Files of the searched rigs: the ends of the searches, one of them the default rig."""
+"""Files of the searched rigs, the ends of the searches, and how they compare: the first is the default rig."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.search import Searching, searched_unknowns
+from laboratory.plausible.search import LEAST_SQUARES, Searching, searched_unknowns
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from trackdyn.inputs.errors import InputError
@@ -21,9 +21,11 @@ from trackdyn.simulation.settling import settle
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = {
     "slips": "the rig of the paper: fitted to its printed numbers within assumed ranges, but for a ring that slips",
+    "shears": "a rig fitted to the printed numbers within assumed ranges, with a ring that gives way in shear",
     "grips": "a rig fitted to the printed numbers within assumed ranges, with a ring that grips as rubber does",
 }
-SLIPS = "set by the search (docs/answer.md)"
+AT_END = 0.01  # of a range: nearer to its bounds than this, a value is at an end
+SET = "set by the search (docs/answer.md)"
 DAMPER = (
     "loss_factor of that stiffness at 4.47 Hz, the pitch-passing frequency of 115 rpm; only for bushing_law: viscous"
 )
@@ -98,19 +100,72 @@ def _least_tension(rig: Rig, low: float) -> float:
     return rig.tension.pre_tension
 
 
-def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
-    """File of the first row of a search that meets most printed numbers and, of those, shows most sentences."""
+def best_row(rows: pd.DataFrame) -> dict:
+    """Return the first row of a search that meets most independent numbers and, of those, shows most sentences."""
     order = {"by": ["numbers", "sentences", "row"], "ascending": [False, False, True]}
-    best = rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
+    return rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
+
+
+def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
+    """Return the file of the best row of a search."""
+    best, searched = best_row(rows), config.search.searches[name]
     unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
-    by = "by hand, the start" if best["row"] == 1 else f"least squares, row {best['row']:g}"
-    source = f"{by} of the search {name} (docs/answer.md)"
+    begin = f"{best['begin']}, " if best["begin"] == LEAST_SQUARES else ""
+    source = f"{begin}row {best['row']:g} of the search {name}, which began at {_draw(rows)} (docs/answer.md)"
     set_fields = {
-        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SLIPS}
-        for field, value in config.search.searches[name].fields.items()
+        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
+        for field, value in searched.fields.items()
+        if not isinstance(value, str)
     }
     entries = rig_entries(config, unknowns, best, source) | set_fields
-    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
+    text = rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
+    for field, value in searched.fields.items():
+        if isinstance(value, str):
+            text = with_choice(text, field, value, SET)
+    return text
+
+
+def _draw(rows: pd.DataFrame) -> str:
+    """Return the draw, scanned or not, at which the least squares began: the first row of least cost before them."""
+    before = rows[rows["begin"] != LEAST_SQUARES].dropna(subset="cost")
+    return str(before.loc[before["cost"].idxmin(), "begin"])
+
+
+def with_choice(text: str, field: str, choice: str, source: str) -> str:
+    """Return the text of a rig's file with another choice, a name, in the section of a field; a missing one is added."""
+    section, name = field.split(".")
+    line = f'  {name}: {{value: {choice}, unit: name, kind: assumed, source: "{source}"}}\n'
+    head, body = text.split(f"\n{section}:\n", 1)
+    own, after = re.match(r"((?:  .*\n)*)(.*)", body, re.DOTALL).groups()
+    own = re.sub(rf"  {name}: .*\n", "", own)
+    return f"{head}\n{section}:\n{line}{own}{after}"
+
+
+def comparison(config: PlausibleConfig, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the best row of every search, the better rig first.
+
+    The rule: most independent printed numbers, then most sentences, then the fewest values outside their ranges
+    (assumptions), then the fewest at an end of theirs.
+    """
+    rows = []
+    for name, table in tables.items():
+        best, searched = best_row(table), searched_unknowns(config, name).unknowns
+        ranges = file_ranges(config.rig)
+        values = [(unknown, best[unknown.label]) for unknown in searched]
+        outside = [
+            unknown.label
+            for unknown, value in values
+            if not (unknown.of or unknown.label not in ranges)
+            and not ranges[unknown.label][0] <= value <= ranges[unknown.label][1]
+        ]
+        at_end = [unknown.label for unknown, value in values if not AT_END < unknown.position(value) < 1 - AT_END]
+        counts = {key: best[key] for key in ("row", "begin", "cost", "numbers", "sentences")}
+        rows.append({"search": name, **counts, "outside": ", ".join(outside), "at_end": ", ".join(at_end)})
+    order = [
+        (-row["numbers"], -row["sentences"], len(row["outside"].split(", ")) * bool(row["outside"]), len(row["at_end"]))
+        for row in rows
+    ]
+    return pd.DataFrame([rows[i] for i in sorted(range(len(rows)), key=order.__getitem__)])
 
 
 @run_job
@@ -118,8 +173,8 @@ def main(job) -> None:
     """Rule `searched_rigs`."""
     config = load_plausible(job.input.config)
     searching = Searching(config, job.input.claims, job.threads, job.params.store)
-    tables = []
-    for name, path in zip(job.params.searches, job.output.rigs, strict=True):
-        tables.append(rows := searching.search(name))
+    tables = {name: searching.search(name) for name in job.params.searches}
+    for (name, rows), path in zip(tables.items(), job.output.rigs, strict=True):
         write_text(Path(path), searched_rig(config, rows, name))
-    write_csv(job.output.rows, pd.concat(tables, ignore_index=True))
+    write_csv(job.output.rows, pd.concat(tables.values(), ignore_index=True))
+    write_csv(job.output.compared, comparison(config, tables))

@@ -52,20 +52,24 @@ class Engaged(Section):
 
 
 class Start(Section):
-    """What a search sets (``fields`` of the rig), its own ``unknowns``, and the ``values`` by unknown of its start."""
+    """A searched rig: what the search sets (``fields`` of the rig), its own ``unknowns``, and their ``values`` at the
+    start by unknown, where the draws have none.
+    """
 
-    fields: dict[str, float]
+    fields: dict[str, float | str]
     unknowns: list[Unknown]
-    values: dict[str, float]
+    values: dict[str, float] = {}
 
 
 class Search(Section):
-    """A search (`search.Searching`): radii (m) of a row by speed (rev/min); by name what each looks for: values that it
-    sets, unknowns in other ranges than those of a draw, and where it starts; differences of the first Jacobian, as a
-    share of the ranges; most rows of a search.
+    """A search (`search.Searching`): radii (m) of a row by speed (rev/min); draws of the sample at which each search
+    begins; ``scan``, values of some unknowns that are tried at each of them, all with all; by name what each looks for;
+    differences of the first Jacobian, as a share of the ranges; most rows of the least squares.
     """
 
     radii_m: dict[float, list[float | None]]
+    draws: Annotated[list[int], Field(min_length=1)]
+    scan: dict[str, Annotated[list[float], Field(min_length=1)]]
     searches: dict[str, Start]
     difference: Positive
     rows: Count

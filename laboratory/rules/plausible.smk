@@ -86,11 +86,11 @@ rule rings:
     input: f"{L}/rings.csv"
 
 
-SEARCHES = ("slips", "grips")
+SEARCHES = ("slips", "shears", "grips")
 
 
 rule searched_rigs:
-    """Files of the default rig and of one whose ring grips, and the rows of the searches that make them (an hour or two; ask by name)."""
+    """Files of the default rig and of two with other rings, and the rows of the searches that make them (an hour; ask by name)."""
     input:
         config="config/plausible.yaml",
         claims="config/claims.yaml",
@@ -98,6 +98,7 @@ rule searched_rigs:
     output:
         rigs=[f"{L}/rigs/{name}.yaml" for name in SEARCHES],
         rows=f"{L}/search_rows.csv",
+        compared=f"{L}/searched_rigs.csv",
     params:
         searches=SEARCHES,
         store=f"{L}/plausible",
