@@ -29,7 +29,11 @@ THRESHOLD, STEADY = 0.305, 0.307  # m
 NEAR_TEN = 8.3, 11.7  # % of a turn
 GROWTH = 1.17, 1.24  # of a force from the lowest speed to the highest: above practically none, and limited
 FLAT = 0.14  # share by which the left arc's force may be off its mean
-BY_RADIUS, BY_SPEED, OF_FORCES = 0.4, 0.7, 0.3  # weights: of one of many radii; of accelerations and forces by the speed
+BY_RADIUS, BY_SPEED, OF_FORCES = (
+    0.4,
+    0.7,
+    0.3,
+)  # weights: of one of many radii; of accelerations and forces by the speed
 
 
 def outside(value: float, low: float, high: float, size: float) -> float:

@@ -132,7 +132,7 @@ def _draw(rows: pd.DataFrame) -> str:
 
 
 def with_choice(text: str, field: str, choice: str, source: str) -> str:
-    """Return the text of a rig's file with another choice, a name, in the section of a field; a missing one is added."""
+    """Return the text of a rig's file with another name for a field, whose line is added where it is missing."""
     section, name = field.split(".")
     line = f'  {name}: {{value: {choice}, unit: name, kind: assumed, source: "{source}"}}\n'
     head, body = text.split(f"\n{section}:\n", 1)

@@ -58,7 +58,7 @@ class Start(Section):
 
     fields: dict[str, float | str]
     unknowns: list[Unknown]
-    values: dict[str, float] = {}
+    values: dict[str, float] = Field(default_factory=dict)
 
 
 class Search(Section):
