@@ -2,11 +2,16 @@
 
 from laboratory.report.plausible import answer_text
 from trackdyn_replication.paper.finding import TABLE as GRIP
+from trackdyn_replication.paper.tracks import FOLDER
 from trackdyn_replication.report.filled import main
 
 PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
-OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")
-PAGES = (("docs/answer.md", (GRIP, *(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
+OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv")
+TABLES = (
+    GRIP, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,
+    *(f"{FOLDER}/grips_{name}.csv" for name in ("numbers", "sentences")),
+)  # fmt: skip
+PAGES = (("docs/answer.md", TABLES, answer_text),)
 
 if __name__ == "__main__":
-    main(PAGES)
+    main(PAGES, FOLDER)

@@ -23,8 +23,8 @@ from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import MET
 from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
 from trackdyn_replication.paper.printed import RADIUS_CHOSEN
-from trackdyn_replication.paper.scorecard import (
-    MARKS,
+from trackdyn_replication.paper.scorecard import MARKS, number_count, other_numbers, verdict_line
+from trackdyn_replication.paper.tracks import (
     RUBBER,
     SHARES_READ,
     TRACKS,
@@ -35,10 +35,7 @@ from trackdyn_replication.paper.scorecard import (
     follows_sentence,
     mobilised,
     neighbours_sentence,
-    number_count,
-    other_numbers,
     track_rows,
-    verdict_line,
 )
 from trackdyn_replication.report.filled import blocks
 

@@ -48,7 +48,7 @@ rule grip_table:
     """What the tangential force of the ring decides: tracks that mesh as printed, with laws of friction changed alone."""
     input:
         config="config/plausible.yaml",
-        draws="docs/measured/plausible_draws.csv",
+        draws="data/plausible/plausible_draws.csv",
         rig=load_plausible("config/plausible.yaml").rig,
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output: f"{L}/{{short}}grip.csv"
@@ -69,7 +69,7 @@ rule rings_table:
     """The ring to choose by the force of a tooth and by durations on sampled tracks, those that mesh as printed first."""
     input:
         config="config/plausible.yaml",
-        draws="docs/measured/plausible_draws.csv",
+        draws="data/plausible/plausible_draws.csv",
         rig=load_plausible("config/plausible.yaml").rig,
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output: f"{L}/{{short}}rings.csv"

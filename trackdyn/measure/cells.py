@@ -1,5 +1,6 @@
 """Cells of the page's tables as text."""
 
+from collections.abc import Sequence
 from math import floor, log10
 
 import numpy as np
@@ -45,6 +46,11 @@ def with_error(value: float | None, error: float | None) -> str:
         return cell(value)
     decimals = min(8, max(0, 1 - floor(log10(error))))
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words as a list in a sentence: ``150, 180 and 210``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 FILTERS = {made.__name__: made for made in (cell, groups, heading, words)}  # by which templates write cells

@@ -1,10 +1,8 @@
 """What a ring study says to a person: the ring to choose, why, its price and its wear, or why no ring serves."""
 
-from collections.abc import Sequence
-
 import pandas as pd
 
-from trackdyn.measure.cells import plain, significant, with_error
+from trackdyn.measure.cells import listed, plain, significant, with_error
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.ring_rule import (
     ARCS,
@@ -34,7 +32,7 @@ def advice(
     rings, bare = table.dropna(subset="ring_radius_m"), table[table["ring_radius_m"].isna()]
     known = dict(zip(bare["rpm"], bare["tooth_peak_n"] > 0, strict=True))
     if unknown := [rpm for rpm in sorted(rings["rpm"].unique()) if not known.get(rpm)]:
-        speeds = _listed([f"{rpm:g}" for rpm in unknown])
+        speeds = listed([f"{rpm:g}" for rpm in unknown])
         sentences = [f"no ring can be chosen: the force of a tooth without a ring at {speeds} rpm is not known"]
     elif (chosen := rule.radius(study)) == chosen:
         sentences = _choice(table, rule, chosen) + ([] if grips is None else [_other_grips(grips, rule)])
@@ -64,9 +62,9 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
         largest = f"the recommended radius is the largest of the study, {chosen:.5g} m"
         sentences.insert(0, f"{largest}: a larger one may load a tooth by more")
     forces = [f"{significant(row.tooth_peak_n)} N at {row.rpm:g} rpm" for row in rows.itertuples()]
-    ratios = _listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
+    ratios = listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
     sentences.append(
-        f"the largest force of a tooth in a passage is {_listed(forces)}: {ratios} {WITHOUT}, at most "
+        f"the largest force of a tooth in a passage is {listed(forces)}: {ratios} {WITHOUT}, at most "
         f"{rule.tooth_force:g} as asked"
     )
     if (decided := rule.decided(table)) != chosen:
@@ -80,7 +78,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
             else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
         )
     if len(untouched := rows.loc[rows["tooth_peak_n"] == 0, "rpm"]):
-        speeds = _listed([f"{rpm:g}" for rpm in untouched])
+        speeds = listed([f"{rpm:g}" for rpm in untouched])
         sentences.append(f"friction drive: no tooth is touched at {speeds} rpm, the ring drives alone")
     sentences.append(_price(table, rows))
     if "mobilised_friction" in rows and rows["mobilised_friction"].notna().any():
@@ -103,7 +101,7 @@ def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
     hold = grips["tooth_ratio"] <= rule.tooth_force
     verdict = "the ring serves with both" if hold.all() else "the choice depends on how much the ring grips"
     law = "if the ring gives way in shear instead (friction_law: dahl)"
-    return f"{law}, the force of a tooth at {grips['rpm'].iloc[0]:g} rpm is {_listed(words)}: {verdict}"
+    return f"{law}, the force of a tooth at {grips['rpm'].iloc[0]:g} rpm is {listed(words)}: {verdict}"
 
 
 def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
@@ -200,10 +198,6 @@ def _span(values: pd.Series) -> str:
 
 def _radius(radius: float) -> str:
     return f"{radius:.4g} m" if radius == radius else "none"
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd.DataFrame:

@@ -7,10 +7,10 @@ def below_root(path):
 
 
 TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "tooth", "near")
-PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
+PLAUSIBLE = {name: f"data/plausible/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
 TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
 # of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
-GRIPS = {"ring": "docs/measured/grips_ring.csv"}
+GRIPS = {"ring": "data/plausible/grips_ring.csv"}
 # of the study of the ring's tangential force (`snakemake -s laboratory/Snakefile -j2 grip`)
 GRIP = "data/plausible/grip.csv"
 # all that the results are made from, but for the program

@@ -31,8 +31,6 @@ from trackdyn_replication.paper.scorecard import (
     SHORT,
     count,
     headline,
-    learned_sentences,
-    neighbours_sentence,
     outside_sentence,
     radius_sentence,
     sentence_verdicts,
@@ -41,6 +39,7 @@ from trackdyn_replication.paper.scorecard import (
     verdict_line,
     waiting_sentence,
 )
+from trackdyn_replication.paper.tracks import learned_sentences, neighbours_sentence
 
 CONFIG = Path(__file__).parents[3] / "config"
 CLAIMS = {claim.name: claim for claim in load_claims(CONFIG / "claims.yaml")}

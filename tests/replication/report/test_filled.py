@@ -1,5 +1,7 @@
 """Measured parts of the README and the docs: what their tables say, and that they are of the present rig and claims."""
 
+import re
+
 import pandas as pd
 import pytest
 
@@ -7,6 +9,7 @@ from laboratory.report.filled import PAGES as OF_THE_LABORATORY
 from tests.conftest import ROOT
 from trackdyn.rig.rig import parameter_table
 from trackdyn_replication.paper.claims import load_claims, printed_text
+from trackdyn_replication.paper.tracks import FOLDER
 from trackdyn_replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 
 
@@ -36,12 +39,23 @@ def test_what_was_measured_is_of_these_claims():
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
 
 
-@pytest.mark.parametrize("rig", ["printed", "grips"])
-def test_stored_numbers_have_the_names_of_these_claims(rig):
-    stored = pd.read_csv(ROOT / "docs" / "measured" / f"{rig}_numbers.csv")["claim"].tolist()
+@pytest.mark.parametrize("table", ["printed_numbers.csv", "data/plausible/grips_numbers.csv"])
+def test_stored_numbers_have_the_names_of_these_claims(table):
+    numbers = pd.read_csv(ROOT / stored(table))["claim"].tolist()
     claims = [claim for claim in load_claims(ROOT / "config" / "claims.yaml") if claim.numbers]
     names = [claim.number_names or [claim.claim] for claim in claims]
-    assert stored == [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+    assert numbers == [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+
+
+def test_columns_of_sampled_tracks_are_described():
+    """Those of values, sentences, claims and radii are described by their kind, those of `grips_` elsewhere."""
+    text = (ROOT / FOLDER / "README.md").read_text(encoding="utf-8")
+    for file in (ROOT / FOLDER).glob("*.csv"):
+        assert f"`{file.name}`" in text
+        if file.name not in ("grips_numbers.csv", "grips_sentences.csv", "grips_ring.csv"):
+            columns = pd.read_csv(file, nrows=0).columns
+            named = [name for name in columns if not re.fullmatch(r"\d+|C\d\d\w?|\w+\.\w+|\w+_share_pct .*", name)]
+            assert [name for name in named if f"`{name}`" not in text] == [], file.name
 
 
 def test_a_page_without_marks_is_named(tmp_path):

@@ -15,25 +15,16 @@ from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 from trackdyn_replication.paper.claims import MET, NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
 from trackdyn_replication.paper.finding import finding_sentences, ran
-from trackdyn_replication.paper.scorecard import (
-    FREE,
-    MARKS,
-    creep_slope,
-    learned_sentences,
-    mobilised,
-    neighbours_free,
-    other_numbers,
-    outside_sentence,
-    statements,
-    verdict_line,
-)
+from trackdyn_replication.paper.scorecard import MARKS, other_numbers, outside_sentence, statements, verdict_line
+from trackdyn_replication.paper.tracks import FOLDER, FREE, creep_slope, learned_sentences, mobilised, neighbours_free
 from trackdyn_replication.report.figures.trade import answers, trade_sentence
 from trackdyn_replication.study.accuracy.default_step import default_step_text
 from trackdyn_replication.study.extremes.resolved import short_runs_verdict
 from trackdyn_replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VARIANTS
 
+MEASURED = "docs/measured"
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
-Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables in docs/measured, what makes its blocks
+Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables (`stored`), what makes its blocks
 
 
 # measures of the tables of fidelities, and of the study `trade`
@@ -164,16 +155,13 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[st
     write_text(page, before + "".join(filled))
 
 
-# tables that do not lie with the others: the program reads one, the other is data of its own
-ELSEWHERE = {"step_errors.csv": Path("trackdyn", "measure"), Path(GRIP).name: Path(GRIP).parent}
-
-
-def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
-    """Keep results in ``docs``, pictures and tables, and what the program reads; write measured parts of pages anew."""
+def write_pages(files: Iterable[str], pages: Iterable[Page], tables: str = MEASURED) -> None:
+    """Keep pictures of the results in ``docs/pictures`` and their tables in ``tables``; write the pages' parts anew."""
     for file in map(Path, files):
-        folder = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured")
-        folder = ELSEWHERE.get(file.name, folder)
-        with replacing(folder / file.name) as temporary:
+        folder = "docs/pictures" if file.suffix in (".gif", ".png") else tables
+        if file.name == "step_errors.csv":  # which the program reads
+            folder = "trackdyn/measure"
+        with replacing(Path(folder, file.name)) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
         fill(Path(page), [*map(stored, sources)], write)
@@ -181,26 +169,27 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
 
 def stored(source: str) -> Path:
     """Return the file that a page is written from: one of ``docs/measured`` by its name, another one by its path."""
-    return Path(source) if "/" in source else Path("docs", "measured", source)
+    return Path(source) if "/" in source else Path(MEASURED, source)
 
 
 TRACK_TABLES = ("sentences", "map", "draws", "mobilised")  # of `learned_sentences`
 README = (
-    *("claims", "sentences", "printed_numbers", "grips_sentences", "parameters", "planner"),
-    *(f"plausible_{name}" for name in ("near", *TRACK_TABLES)),
-)
+    GRIP, "claims.csv", "sentences.csv", "printed_numbers.csv", f"{FOLDER}/grips_sentences.csv", "parameters.csv",
+    "planner.csv",
+    *(f"{FOLDER}/plausible_{name}.csv" for name in ("near", *TRACK_TABLES)),
+)  # fmt: skip
 PAGES: tuple[Page, ...] = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),
     ("docs/choose-a-ring.md", ("ring_trials.csv",), ring_text),
-    ("README.md", (GRIP, *(f"{name}.csv" for name in README)), readme_text),
+    ("README.md", README, readme_text),
 )
 
 
-def main(pages: Iterable[Page]) -> None:
+def main(pages: Iterable[Page], tables: str = MEASURED) -> None:
     """`write_pages` with the files of the command line; a refusal is one sentence."""
     try:
-        write_pages(sys.argv[1:], pages)
+        write_pages(sys.argv[1:], pages, tables)
     except InputError as error:
         sys.exit(f"trackdyn: {error}")
 
