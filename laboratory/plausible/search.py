@@ -100,10 +100,10 @@ class Searching:
         unknowns = searched_unknowns(self.config, name)
         rows: list[dict] = []
 
-        def evaluate(points: Sequence[np.ndarray], begin: str = LEAST_SQUARES) -> list[np.ndarray | None]:
+        def evaluate(points: Sequence[np.ndarray], begins: Sequence[str] = ()) -> list[np.ndarray | None]:
             points = [np.round(x, 12) for x in points]
-            vectors = []
-            for x, outcome in zip(points, self.outcomes(unknowns, points), strict=True):
+            vectors, begins = [], begins or [LEAST_SQUARES] * len(points)
+            for begin, x, outcome in zip(begins, points, self.outcomes(unknowns, points), strict=True):
                 at = {"search": name, "row": len(rows) + 1, "begin": begin}
                 if outcome is not None:
                     at |= {"cost": cost(outcome.residuals), "numbers": outcome.numbers, "sentences": outcome.sentences}
@@ -111,12 +111,12 @@ class Searching:
                 vectors.append(None if outcome is None else np.arcsinh(list(outcome.residuals.values())))
             return vectors
 
-        starts = list(self.starts(name, unknowns))
-        vectors = [evaluate([x], begin)[0] for begin, x in starts]
-        tried = [(float(vector @ vector), i) for i, vector in enumerate(vectors) if vector is not None]
-        if tried:
-            i = min(tried)[1]
-            self._descend(starts[i][1], vectors[i], evaluate, rows)
+        begins, points = zip(*self.starts(name, unknowns), strict=True)
+        vectors = evaluate(points, begins)
+        costs = [np.inf if vector is None else float(vector @ vector) for vector in vectors]
+        least = int(np.argmin(costs))
+        if vectors[least] is not None:
+            self._descend(points[least], vectors[least], evaluate, rows)
         return pd.DataFrame(rows)
 
     def _descend(self, x: np.ndarray, vector: np.ndarray, evaluate, rows: list) -> None:
