@@ -160,11 +160,11 @@ def test_the_page_carries_everything_and_is_small(page_file):
 
 def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_figures(results):
     """A sentence stands above the statements that decide it, with the share of plausible tracks."""
-    measured = ROOT / "docs" / "measured"
-    plausible = {name: measured / f"plausible_{name}.csv" for name in ("map", "draws", "mobilised")}
+    stored = ROOT / "data" / "plausible"
+    plausible = {name: stored / f"plausible_{name}.csv" for name in ("map", "draws", "mobilised")}
     for name, of in (("claims", "C02"), ("sentences", "2")):
         plausible[name] = results / f"tracks_{name}.csv"
-        table = pd.read_csv(measured / f"plausible_{name}.csv", dtype={"name": str}).query("name != @of")
+        table = pd.read_csv(stored / f"plausible_{name}.csv", dtype={"name": str}).query("name != @of")
         two = table.iloc[:2].assign(name=of, tracks=["all", "engaged"], share=[0.125, 0.9])
         pd.concat([table, two]).to_csv(plausible[name], index=False)
     picture = results / "figures" / "fig24.png"
