@@ -66,8 +66,8 @@ def _warn(sentence: str) -> None:
 
 def _warn_of_folder(folder: Path, reason: object) -> None:
     _warn(
-        f"the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels anew, about a "
-        "minute; TRACKDYN_CACHE names another folder"
+        f"the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels anew, about "
+        "10 s; TRACKDYN_CACHE names another folder"
     )
 
 
@@ -77,7 +77,7 @@ def _warn_of_numba(error: Exception) -> None:
 
     _warn(
         f"numba {numba.__version__} cannot keep compiled kernels for this program ({error}), so every process compiles "
-        "them anew, about a minute; requirements.lock names a version that can"
+        "them anew, about 10 s; requirements.lock names a version that can"
     )
 
 
@@ -143,7 +143,8 @@ class _Code:
             with suppress(Exception):  # any error of unpickling; no file is an EOFError
                 stored, data = pickle.loads(kept(file) or b"")
                 if stored == (file.name, signature):  # and not of a kernel whose file was copied over
-                    return self._rebuild(target_context, *data)
+                    rebuild = _kernel_compiler().rebuild if data[0][1] == "bitcode" else self._rebuild
+                    return rebuild(target_context, *data)
         _say_compiling()
         return None
 
@@ -181,16 +182,64 @@ _UNUSED_PASSES = {
 
 @functools.cache
 def _kernel_compiler():
-    """Return numba's compiler without the passes that no kernel needs."""
-    from numba.core.compiler import Compiler
+    """Return numba's compiler without the passes that no kernel needs.
+
+    The code of a kernel that only kernels call stays bitcode, which is optimized and translated as a part of the kernel
+    that Python calls: numba would do both for each of some ninety kernels, a fifth of the time to compile them.
+    """
+    from llvmlite.binding import parse_bitcode
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import Compiler, CompileResult, Flags, compile_result
+
+    for holder, names in (
+        (JITCodeLibrary, "_optimize_final_module _finalize_final_module _finalize_dynamic_globals _finalized"),
+        (CompileResult, "_find_referenced_environments"), (Flags, "no_compile"),
+    ):  # fmt: skip
+        for name in names.split():
+            getattr(holder, name)
+
+    class Bitcode(JITCodeLibrary):
+        def _optimize_final_module(self):
+            pass
+
+        def _finalize_final_module(self):
+            self._finalize_dynamic_globals()
+            self._finalized = True
+
+        def serialize_using_object_code(self):
+            return self.serialize_using_bitcode()
 
     class KernelCompiler(Compiler):
         def define_pipelines(self):
+            if self.state.flags.no_cpython_wrapper:
+                self.state.library = Bitcode(self.state.targetctx.codegen(), "within")
+                self.state.flags.no_compile = True
             pipelines = super().define_pipelines()
             for pipeline in pipelines:
                 if passes := getattr(pipeline, "passes", None):
                     pipeline.passes = [entry for entry in passes if entry[0].__name__ not in _UNUSED_PASSES]
             return pipelines
+
+        def compile_extra(self, function):
+            code = super().compile_extra(function)
+            if code.entry_point is None:
+                code = code._replace(entry_point=object().__sizeof__)  # a built-in function as unique key
+                code.target_context.insert_user_function(code.entry_point, code.fndesc, [code.library])
+            else:
+                for environment in code._find_referenced_environments():  # objects for ``print`` in a kernel within
+                    code.codegen.set_env(environment.env_name, environment)
+            return code
+
+        @staticmethod
+        def rebuild(target, library, fndesc, environment, signature, *_):
+            """Return the code of a kernel within kernels, of what `CompileResult._reduce` made of it."""
+            code = Bitcode(target.codegen(), library[0])
+            code._final_module, code._finalized = parse_bitcode(library[2]), True
+            return compile_result(
+                typing_context=target.typing_context, target_context=target, entry_point=object().__sizeof__,
+                library=code, fndesc=fndesc, environment=environment, signature=signature, objectmode=False, lifted=(),
+                reload_init=[],
+            )  # fmt: skip
 
     return KernelCompiler
 
@@ -312,4 +361,4 @@ def announce(say: Callable[[str], object]) -> None:
 
 def _say_compiling() -> None:
     while _announced:
-        _announced.pop()("compiling kernels, about a minute; the next run finds them")
+        _announced.pop()("compiling kernels, about 10 s; the next run finds them")

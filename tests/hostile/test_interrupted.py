@@ -42,7 +42,7 @@ def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code
     folder = tmp_path / "out"
     process = start(tmp_path, "simulate", folder / "run.npz", environment={"TRACKDYN_CACHE": str(tmp_path / "k")})
     said = next(line for line in process.stderr if "compiling" in line)
-    assert said.endswith("trackdyn: compiling kernels, about a minute; the next run finds them\n")
+    assert said.endswith("trackdyn: compiling kernels, about 10 s; the next run finds them\n")
     process.send_signal(number)
     ends, err = ended(process)
     assert (ends, err.splitlines()[-1]) == (code, f"trackdyn: {word}; no file is left half-written")

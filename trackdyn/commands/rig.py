@@ -79,7 +79,7 @@ def check(
     out = out or Path(f"{Path(rig).stem}.png")
     options.check_output(out, overwrite, rig_path(rig))
     if settle:
-        typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
+        typer.echo("settling; kernels that are not compiled yet take about 10 s more", err=True)
     try:
         checks = report_of(loaded, rpm, settle)
     except TrackdynError as error:
