@@ -99,7 +99,7 @@ def test_advice_names_force_price_wear_and_windows():
         "recommended: a ring of radius 0.306 m",
         "the largest force of a tooth in a passage is 3900 N at 115 rpm and 2500 N at 210 rpm: 0.49 and 0.42 of that "
         "without a ring, at most 0.5 as asked",
-        "its price: tension of the strand 1.05 of that without a ring, sliding of teeth and ring 70 -> 21 J a turn, "
+        "its price: tension of the strand 1.05 times that without a ring, sliding of teeth and ring 70 -> 21 J a turn, "
         "motor power 280 -> 302 W, force of the ring 3000 N",
         "wear: the bound fails after at most 1 mm, at 0.305 m a tooth bears 0.56 of that without a ring at 115 rpm",
         "force of a tooth at most 0.5 of that without a ring, at every speed: 0.306 to 0.308 m (3 radii, up to 1 mm "
@@ -147,7 +147,7 @@ def test_where_no_ring_serves_the_least_share_and_why_are_said():
         "no ring of these keeps the force of a tooth at 0.5 of that without a ring at every speed",
         "the least share that any keeps at every speed is 0.62: 0.307 m, at 115 rpm, on the left arc",
         "the right arc comes back at 0.308 m: 0.6 % of a turn at 115 rpm",
-        "the largest ring of the study, 0.308 m: tension of the strand 1.1 of that without a ring",
+        "the largest ring of the study, 0.308 m: tension of the strand 1.1 times that without a ring",
     ]
     assert set(compared(table, RULE, DURATIONS)["ring"]) == {"none", "by durations", "least force"}
 

@@ -107,7 +107,7 @@ def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
 def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
     """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
     bare = table[table["ring_radius_m"].isna()].set_index("rpm").reindex(rows["rpm"]).reset_index()
-    words = [f"tension of the strand {_span(rows['tension_ratio'])} {WITHOUT}"]
+    words = [f"tension of the strand {_span(rows['tension_ratio'])} times that without a ring"]
     for text, columns, unit in (
         ("sliding of teeth and ring", ["teeth_sliding_j", "ring_sliding_j"], "J a turn"),
         ("motor power", ["motor_power_w"], "W"),
@@ -169,7 +169,7 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     elif not free:
         sentences.append("the right arc is never free")
     tight = rings.loc[rings["ring_radius_m"].idxmax()]
-    tension = f"tension of the strand {significant(float(tight['tension_ratio']))} {WITHOUT}"
+    tension = f"tension of the strand {significant(float(tight['tension_ratio']))} times that without a ring"
     return [*sentences, f"the largest ring of the study, {tight['ring_radius_m']:.5g} m: {tension}"]
 
 

@@ -84,11 +84,12 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
             ax.errorbar(rows["ring_radius_m"], rows[column] / 1e3, error / 1e3, **look, label=f"{rpm:g} rpm")
         if rpm in bare.index and (force := bare.loc[rpm, "tooth_peak_n"] / 1e3) > 0:
             tooth.axhline(force, color=look["color"], linewidth=1.6, alpha=0.6)
-            named.append((force, f"none, {rpm:g} rpm", look["color"]))
+            named.append((force, f"no ring, {rpm:g} rpm", look["color"]))
             tooth.axhline(limit * force, color=look["color"], linewidth=0.8, linestyle=(0, (1, 2)))
     for ax in (tooth, ring):
         for window in kept:
-            ax.axvspan(window.first, window.last, color=GREEN, alpha=0.18, linewidth=0, zorder=0)
+            # an edge: a window of one radius has no width
+            ax.axvspan(window.first, window.last, color=GREEN, alpha=0.18, linewidth=2, zorder=0)
         if chosen == chosen:
             ax.axvline(chosen, **THICK, zorder=1)
         ax.set_ylim(bottom=0)
@@ -97,14 +98,14 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
         last = max(force, last + height)
         tooth.annotate(name, (1.01, last), xycoords=("axes fraction", "data"), color=color, fontsize=SMALL, va="center")
     handles, labels = tooth.get_legend_handles_labels()
+    handles.append(Line2D([], [], color="0.3", linewidth=0.8, linestyle=(0, (1, 2))))
+    labels.append(f"{limit:g} of the force without a ring")
     if kept:
         handles.append(Patch(color=GREEN, alpha=0.18))
-        labels.append(f"at most {limit:g} of none at every speed")
+        labels.append("at most that at every speed")
     if chosen == chosen:
         handles.append(Line2D([], [], **THICK))
         labels.append(f"{CHOSEN}: {chosen:.4g} m")
-    handles.append(Line2D([], [], color="0.3", linewidth=0.8, linestyle=(0, (1, 2))))
-    labels.append(f"{limit:g} of the force without a ring")
     figure.legend(handles, labels, loc="outside lower center", ncols=4, columnspacing=0.9)
     tooth.set_title("Largest force in a passage, mean over passages")
     tooth.set_ylabel("of a tooth (kN)")
