@@ -232,7 +232,7 @@ def _kernel_compiler():
 
         @staticmethod
         def rebuild(target, library, fndesc, environment, signature, *_):
-            """Return the code of a kernel within kernels, of what `CompileResult._reduce` made of it."""
+            """Return the code of a kernel within kernels from its stored form, which numba made."""
             code = Bitcode(target.codegen(), library[0])
             code._final_module, code._finalized = parse_bitcode(library[2]), True
             return compile_result(
