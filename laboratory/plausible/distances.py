@@ -1,8 +1,9 @@
 """How far the row of a rig is from the printed numbers and from the sentences: what a search makes small.
 
-Each residual is signed, so that differences show which way to go, and zero where a number or a sentence is met with
-some margin; none saturates, so that a number that is far off still pulls. Printed numbers come first and weigh most,
-since rigs are compared by them first. A sentence that is judged at many radii shares its weight among these.
+Each residual is signed, so that differences show which way to go; none saturates, so that a number that is far off
+still pulls. Within a margin of its tolerance a number pulls little, so that a step that helps another keeps it there,
+and beyond it strongly: printed numbers weigh most, since rigs are compared by them first. A sentence that is judged at
+many radii shares its weight among these.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,7 @@ TIMES = {False: {"right gone": 1.29, "out": 1.31}, True: {"left touches": 1.25, 
 MAXIMA = {False: {"left": 0.17, "right": 1.07}, True: {"ring": 0.22, "left": 1.42}}
 OUTLASTS = 0.01, 0.03  # s
 POINTS, SECONDS = 2.0, 0.065  # tolerances (% of a turn, s)
-MARGIN, SIZE = 0.85, 1 / 6  # of a tolerance: within which a number pulls no more, and the unit of its residual beyond
+WITHIN, MARGIN, SIZE = 0.6, 0.85, 1 / 6  # weight of a number within a margin (tolerances), unit of what is beyond it
 OTHER_AREAS = 0.05, 0.5  # % of a turn in other areas that is none, and the unit of the residual beyond
 FREE = 0.4  # % of a turn of the right arc: none
 TOUCHES = 1.2  # % of a turn that the right arc touches at the radius below the threshold
@@ -42,9 +43,9 @@ def outside(value: float, low: float, high: float, size: float) -> float:
 
 
 def _off(value: float, printed: float, tolerance: float) -> float:
-    """Residual of a printed number: zero within the margin of its tolerance."""
-    within = MARGIN * tolerance
-    return outside(value, printed - within, printed + within, SIZE * tolerance)
+    """Residual of a printed number: steep beyond the margin of its tolerance."""
+    difference = (value - printed) / tolerance
+    return WITHIN * difference + outside(difference, -MARGIN, MARGIN, SIZE)
 
 
 def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
