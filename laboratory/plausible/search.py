@@ -1,14 +1,20 @@
-"""A rig that meets as many printed numbers as it can: damped least squares (Levenberg and Marquardt)."""
+"""A rig that meets as many printed numbers as it can: sequential linear programming of an exact penalty.
 
-from collections.abc import Iterator, Sequence
+The cost of a rig is the sum of what its residuals have beyond a margin. A sum of sizes, other than one of squares, gives
+up a number that excludes others rather than missing all of them by a little; its steps are linear programs. S. P. Han,
+O. L. Mangasarian, Exact penalty functions in nonlinear programming, Math. Program. 17 (1979) 251.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import linprog
 
-from laboratory.plausible.distances import cost, residuals
+from laboratory.plausible.distances import residuals, weights
 from laboratory.plausible.draws import built, drawn_values, run_rigs
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns, file_ranges
@@ -18,12 +24,12 @@ from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
 from trackdyn_replication.paper.scorecard import count, sentence_verdicts
 
-DAMPINGS = (0.1, 0.5, 2.0, 8.0, 30.0, 120.0)  # steps of an iteration, run side by side
 INSIDE = 0.001, 0.999  # of the ranges
-LARGEST_STEP = 0.18  # of a range
-LEAST_SQUARES, INDEPENDENT = "least squares", "independent"
-GAIN = 0.03  # share of the cost below which the differences are taken anew
-LEAST_DIFFERENCE = 0.002  # of a range, at which a search ends
+MARGIN = 0.9  # size of a residual that costs nothing
+REACH = (0.25, 0.5, 1.0, 2.0)  # of the largest move: steps of an iteration, run side by side
+MOVE_COST = 0.02  # of a move by a whole range, so that a value that helps nothing stays
+LEAST_REACH = 0.02  # of a range, at which a search ends
+SEARCHED, INDEPENDENT = "linear programs", "independent"
 
 
 def searched_unknowns(config: PlausibleConfig, name: str) -> Unknowns:
@@ -93,58 +99,85 @@ class Searching:
     def search(self, name: str) -> pd.DataFrame:
         """Return every row of a search: ``search, row, begin, cost, numbers, sentences`` and every unknown.
 
-        ``begin`` says how a row came: a draw, a draw that was scanned, or the least squares. These go on from the row
-        of least cost: an iteration takes differences of all unknowns, and steps of several dampings of which the best
-        is kept. Broyden's update corrects the Jacobian by what the steps gave, as long as they gain enough.
+        ``begin`` says how a row came: a draw, a draw that was scanned, or linear programs. These go on from the row of
+        least cost: an iteration takes differences of all unknowns to both sides, and tries steps of several reaches.
         """
         unknowns = searched_unknowns(self.config, name)
         rows: list[dict] = []
 
-        def evaluate(points: Sequence[np.ndarray], begins: Sequence[str] = ()) -> list[np.ndarray | None]:
+        def evaluate(points: Sequence[np.ndarray], begins: Sequence[str] = ()) -> list[dict[str, float] | None]:
             points = [np.round(x, 12) for x in points]
-            vectors, begins = [], begins or [LEAST_SQUARES] * len(points)
+            measured, begins = [], begins or [SEARCHED] * len(points)
             for begin, x, outcome in zip(begins, points, self.outcomes(unknowns, points), strict=True):
                 at = {"search": name, "row": len(rows) + 1, "begin": begin}
                 if outcome is not None:
-                    at |= {"cost": cost(outcome.residuals), "numbers": outcome.numbers, "sentences": outcome.sentences}
+                    counts = {"numbers": outcome.numbers, "sentences": outcome.sentences}
+                    at |= {"cost": cost(outcome.residuals)} | counts
                 rows.append(at | unknowns.values(x))
-                vectors.append(None if outcome is None else np.arcsinh(list(outcome.residuals.values())))
-            return vectors
+                measured.append(None if outcome is None else outcome.residuals)
+            return measured
 
         begins, points = zip(*self.starts(name, unknowns), strict=True)
-        vectors = evaluate(points, begins)
-        costs = [np.inf if vector is None else float(vector @ vector) for vector in vectors]
-        least = int(np.argmin(costs))
-        if vectors[least] is not None:
-            self._descend(points[least], vectors[least], evaluate, rows)
+        measured = evaluate(points, begins)
+        least = int(np.argmin([cost(residual) for residual in measured]))
+        if measured[least] is not None:
+            self._descend(points[least], measured[least], evaluate, rows)
         return pd.DataFrame(rows)
 
-    def _descend(self, x: np.ndarray, vector: np.ndarray, evaluate, rows: list) -> None:
-        difference, jacobian = self.settings.difference, None
-        most = len(rows) + self.settings.rows
-        while len(rows) < most and difference > LEAST_DIFFERENCE:
-            points, vectors = [], []
-            if fresh := jacobian is None:
-                moves = np.diag(np.where(x + difference < 1, difference, -difference))
-                points = [x + move for move in moves]
-                vectors = evaluate(points)
-                slopes = [
-                    np.zeros_like(vector) if moved is None else (moved - vector) / move[i]
-                    for i, (move, moved) in enumerate(zip(moves, vectors, strict=True))
-                ]
-                jacobian = np.column_stack(slopes)
-            normal, slope = jacobian.T @ jacobian, -jacobian.T @ vector
-            steps = [np.linalg.solve(normal + damping * np.eye(len(x)), slope) for damping in DAMPINGS]
-            tried = [np.clip(x + np.clip(step, -LARGEST_STEP, LARGEST_STEP), *INSIDE) for step in steps]
-            results = evaluate(tried)
-            for point, moved in zip(tried, results, strict=True):
-                step = point - x
-                if moved is not None and step @ step > 0:
-                    jacobian = jacobian + np.outer(moved - vector - jacobian @ step, step) / (step @ step + 1e-4)
-            costs = [np.inf if moved is None else float(moved @ moved) for moved in (*vectors, *results)]
-            best, before = int(np.argmin(costs)), float(vector @ vector)
-            if costs[best] < before:
-                x, vector = [*points, *tried][best], [*vectors, *results][best]
-            if min(costs[best], before) > (1 - GAIN) * before:
-                jacobian = None
-                difference *= 0.6 if fresh else 1.0
+    def _descend(self, x: np.ndarray, residual: dict[str, float], evaluate, rows: list) -> None:
+        most, reach = len(rows) + self.settings.rows, self.settings.reach
+        while len(rows) < most and reach > LEAST_REACH:
+            sides = [
+                np.clip(x + move, *INSIDE) for half in (reach / 2, -reach / 2) for move in np.diag(np.full(len(x), half))
+            ]
+            of_sides = evaluate(sides)
+            jacobian = _jacobian(x, residual, sides, of_sides)
+            steps = [linear_step(x, residual, jacobian, reach * share) for share in REACH]
+            tried, outcomes = [*sides, *steps], [*of_sides, *evaluate(steps)]
+            best = int(np.argmin([cost(outcome) for outcome in outcomes]))
+            if cost(outcomes[best]) < cost(residual):
+                x, residual = tried[best], outcomes[best]
+            else:
+                reach /= 2
+
+
+def cost(residual: Mapping[str, float] | None) -> float:
+    """Return the weighted sum of what residuals have beyond the margin; infinite for a rig that does not run."""
+    return np.inf if residual is None else float(weights(residual) @ np.maximum(np.abs(_sizes(residual)) - MARGIN, 0.0))
+
+
+def _sizes(residual: Mapping[str, float]) -> np.ndarray:
+    return np.array(list(residual.values()))
+
+
+def _jacobian(x: np.ndarray, residual: Mapping, sides: Sequence[np.ndarray], outcomes: Sequence) -> np.ndarray:
+    """Return differences of the residuals over every coordinate, to one side where the other one does not run."""
+    n, slopes = len(x), []
+    for i in range(n):
+        ends = [
+            (point[i], _sizes(outcome))
+            for point, outcome in ((sides[i], outcomes[i]), (sides[n + i], outcomes[n + i]), (x, residual))
+            if outcome is not None
+        ][:2]
+        (above, of_above), (below, of_below) = ends if len(ends) == 2 else (ends[0], (ends[0][0] - 1.0, ends[0][1]))
+        slopes.append((of_above - of_below) / (above - below))
+    return np.column_stack(slopes)
+
+
+def linear_step(x: np.ndarray, residual: Mapping[str, float], jacobian: np.ndarray, reach: float) -> np.ndarray:
+    """Return the point of least cost by the linear model within a reach along each coordinate.
+
+    The variables of the program are the moves of the n coordinates, their sizes, and what each of the m residuals has
+    beyond the margin.
+    """
+    sizes, (m, n) = _sizes(residual), jacobian.shape
+    moves, excess = np.eye(n), np.eye(m)
+    above = [
+        np.hstack([side * jacobian, np.zeros((m, n)), -excess]) for side in (1, -1)
+    ] + [np.hstack([side * moves, -moves, np.zeros((n, m))]) for side in (1, -1)]  # fmt: skip
+    limits = [MARGIN - sizes, MARGIN + sizes, np.zeros(n), np.zeros(n)]
+    low, high = INSIDE
+    bounds = [(max(-reach, low - at), min(reach, high - at)) for at in x] + [(0, None)] * (n + m)
+    costs = np.concatenate([np.zeros(n), np.full(n, MOVE_COST), weights(residual)])
+    solution = linprog(costs, A_ub=np.vstack(above), b_ub=np.concatenate(limits), bounds=bounds)
+    return np.clip(x + solution.x[:n], *INSIDE)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.search import LEAST_SQUARES, Searching, searched_unknowns
+from laboratory.plausible.search import SEARCHED, Searching, searched_unknowns
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from trackdyn.inputs.errors import InputError
@@ -110,7 +110,7 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     """Return the file of the best row of a search."""
     best, searched = best_row(rows), config.search.searches[name]
     unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
-    begin = f"{best['begin']}, " if best["begin"] == LEAST_SQUARES else ""
+    begin = f"{best['begin']}, " if best["begin"] == SEARCHED else ""
     source = f"{begin}row {best['row']:g} of the search {name}, which began at {_draw(rows)} (docs/answer.md)"
     set_fields = {
         field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
@@ -126,8 +126,8 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
 
 
 def _draw(rows: pd.DataFrame) -> str:
-    """Return the draw, scanned or not, at which the least squares began: the first row of least cost before them."""
-    before = rows[rows["begin"] != LEAST_SQUARES].dropna(subset="cost")
+    """Return the draw, scanned or not, at which the linear programs began: the first row of least cost before them."""
+    before = rows[rows["begin"] != SEARCHED].dropna(subset="cost")
     return str(before.loc[before["cost"].idxmin(), "begin"])
 
 

@@ -10,7 +10,7 @@ import pytest
 from laboratory.plausible.distances import MAXIMA, SHARES, TIMES, cost, outside, residuals
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs
 from laboratory.plausible.rows import scene_name
-from laboratory.plausible.search import LEAST_SQUARES, Outcome, Searching, searched_unknowns
+from laboratory.plausible.search import SEARCHED, Outcome, Searching, searched_unknowns
 from laboratory.plausible.searched_rigs import comparison, searched_rig
 from laboratory.plausible.settings import load_plausible
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
@@ -100,7 +100,7 @@ def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, 
     values = unknowns.values(np.full(len(unknowns.labels), 0.4))
     # most numbers, then most sentences, then the first
     ends = [(3.0, 20, 9, 0.5), (9.0, 21, 9, 0.4), (8.0, 21, 8, 0.6), (1.0, 21, 9, 0.7)]
-    begins = ["draw 155", "draw 241", LEAST_SQUARES, LEAST_SQUARES]
+    begins = ["draw 155", "draw 241", SEARCHED, SEARCHED]
     rows = pd.DataFrame([
         {"search": name, "row": 1 + i, "begin": begins[i], "cost": cost, "numbers": numbers, "sentences": sentences}
         | unknowns.values(np.full(len(unknowns.labels), at))
@@ -112,7 +112,7 @@ def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, 
         assert rig.value(field) == pytest.approx(value, rel=1e-5), field
     began = f"of the search {name}, which began at draw 155"  # the start of least cost
     assert table.loc[EQUAL_PITCH, "source"].startswith(f"row 2 {began}")
-    assert f'"least squares, row 4 {began}' in searched_rig(CONFIG, rows.assign(numbers=[20, 21, 21, 22]), name)
+    assert f'"linear programs, row 4 {began}' in searched_rig(CONFIG, rows.assign(numbers=[20, 21, 21, 22]), name)
     r2, radius = table.loc["groove.r2"], rig.value("chain.connector_radius")
     assert [float(r2["low"]) / radius, float(r2["high"]) / radius] == pytest.approx([1.2, 3.0], rel=1e-4)
     assert rig.value("bushing.damping") / rig.value("bushing.stiffness") == pytest.approx(
