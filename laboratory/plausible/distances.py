@@ -1,9 +1,9 @@
 """Residuals of a rig: how far its row is from the printed numbers and from the sentences that a search asks for.
 
 A residual of size 1 is at the bound of its claim (config/claims.yaml). Beyond it grows by the inverse hyperbolic sine,
-so that a number that is far off still pulls, and pulls no other one away. Not asked for are the sentences that hardly
-any sampled track shows, 5, 8, 16 and 20: both arcs at once, the left one alone at the end, growth of all forces with the
-speed, and a force of the left arc that no radius changes.
+so that a number that is far off still pulls, and pulls no other one away. Not asked for are sentences 5,
+8, 16 and 20: both arcs at once, the left one alone at the end, growth of all forces with the speed, and a force of the
+left arc that no radius changes.
 """
 
 from collections.abc import Mapping
@@ -57,10 +57,8 @@ def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
     residual["ring: left early"] = bounded(ringed["left_early_pct"], OTHER_AREAS)
     first = [bare.get(f"event first {side}") for side in ("left", "right")]
     residual["no ring: at once"] = MISSING if None in first else bounded(first[0] - first[1], SECONDS)
-    for name, column, most in (
-        ("shorter", "left_share_pct", SHORTER), ("weaker", "left_rms_contact_n", SHORTER), ("steadier", "left_sd_n", LESS),
-    ):  # fmt: skip
-        residual[f"sentence: {name}"] = at_most(ringed[column] / max(bare[column], 1.0), most, 0.1)
+    for column, most in (("left_share_pct", SHORTER), ("left_rms_contact_n", SHORTER), ("left_sd_n", LESS)):
+        residual[f"sentence: {column}"] = at_most(ringed[column] / max(bare[column], 1.0), most, 0.1)
     return residual | _by_radius(config, values) | _by_speed(config, values)
 
 

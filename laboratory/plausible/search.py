@@ -1,8 +1,8 @@
 """A rig that meets as many printed numbers as it can: sequential linear programming of an exact penalty.
 
-The cost of a rig is the sum of what its residuals have beyond a margin. A sum of sizes, other than one of squares, gives
-up a number that excludes others rather than missing all of them by a little; its steps are linear programs. S. P. Han,
-O. L. Mangasarian, Exact penalty functions in nonlinear programming, Math. Program. 17 (1979) 251.
+The cost of a rig is the sum of the excess of its residuals over a margin. A sum of sizes, other than one of squares,
+gives up a number that excludes others rather than missing all of them by a little; its steps are linear programs. S. P.
+Han, O. L. Mangasarian, Exact penalty functions in nonlinear programming, Math. Program. 17 (1979) 251.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -128,7 +128,9 @@ class Searching:
         most, reach = len(rows) + self.settings.rows, self.settings.reach
         while len(rows) < most and reach > LEAST_REACH:
             sides = [
-                np.clip(x + move, *INSIDE) for half in (reach / 2, -reach / 2) for move in np.diag(np.full(len(x), half))
+                np.clip(x + move, *INSIDE)
+                for half in (reach / 2, -reach / 2)
+                for move in np.diag(np.full(len(x), half))
             ]
             of_sides = evaluate(sides)
             jacobian = _jacobian(x, residual, sides, of_sides)

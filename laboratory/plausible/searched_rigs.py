@@ -101,8 +101,8 @@ def _least_tension(rig: Rig, low: float) -> float:
 
 
 def best_row(rows: pd.DataFrame) -> dict:
-    """Return the first row of a search that meets most independent numbers and, of those, shows most sentences."""
-    order = {"by": ["numbers", "sentences", "row"], "ascending": [False, False, True]}
+    """Return the row of a search that meets most independent numbers, of those shows most sentences, then costs least."""
+    order = {"by": ["numbers", "sentences", "cost"], "ascending": [False, False, True]}
     return rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
 
 
