@@ -101,7 +101,7 @@ def _least_tension(rig: Rig, low: float) -> float:
 
 
 def best_row(rows: pd.DataFrame) -> dict:
-    """Return the row of a search that meets most independent numbers, of those shows most sentences, then costs least."""
+    """Return the row that meets most independent numbers, of those shows most sentences, then costs least."""
     order = {"by": ["numbers", "sentences", "cost"], "ascending": [False, False, True]}
     return rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
 
