@@ -15,14 +15,15 @@ import pandas as pd
 from scipy.optimize import linprog
 
 from laboratory.plausible.distances import residuals, weights
-from laboratory.plausible.draws import built, drawn_values, run_rigs
+from laboratory.plausible.draws import built, drawn_values, run_rigs, scenes
+from laboratory.plausible.rows import Values
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import evidence
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.sweeps.engine import DONE
-from trackdyn_replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
-from trackdyn_replication.paper.scorecard import count, sentence_verdicts
+from trackdyn_replication.paper.claims import MET, judge_all, load_claims, load_sentences, printed_numbers
+from trackdyn_replication.paper.scorecard import sentence_verdicts
 
 INSIDE = 0.001, 0.999  # of the ranges
 MARGIN = 0.9  # size of a residual that costs nothing
@@ -71,11 +72,21 @@ class Searching:
         if rig is None or row["state"] != DONE:
             return None
         values = row["values"]["starts"][0]
-        shown_by = evidence(self.config, self.scenes, values, rig)
+        printed, shown = self.judged(self.scenes, values, rig)
+        return Outcome(residuals(self.config, values), int(printed["met"].sum()), len(shown))
+
+    def judged(self, row_scenes: list[list], values: Values, rig: Rig) -> tuple[pd.DataFrame, list[int]]:
+        """Return the independent printed numbers that a start of a rig decides, and the sentences that it shows."""
+        shown_by = evidence(self.config, row_scenes, values, rig)
         printed = printed_numbers(self.claims, shown_by)
-        numbers = printed.loc[printed["group"] == INDEPENDENT, "met"].sum()
-        judged = sentence_verdicts(judge_all(self.claims, shown_by), self.sentences)
-        return Outcome(residuals(self.config, values), int(numbers), count(judged)[0])
+        sentences = sentence_verdicts(judge_all(self.claims, shown_by), self.sentences)
+        return printed[printed["group"] == INDEPENDENT], list(sentences.loc[sentences["verdict"] == MET, "number"])
+
+    def end(self, rig: Rig) -> tuple[pd.DataFrame, list[int]]:
+        """Return what a rig shows at every radius and speed of the sample (`judged`), from the first start."""
+        row_scenes = scenes(self.config)
+        (row,) = run_rigs(self.config, [rig], row_scenes, self.jobs, self.store)
+        return self.judged(row_scenes, row["values"]["starts"][0], rig)
 
     def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
         """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.

@@ -141,30 +141,32 @@ def with_choice(text: str, field: str, choice: str, source: str) -> str:
     return f"{head}\n{section}:\n{line}{own}{after}"
 
 
-def comparison(config: PlausibleConfig, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return the best row of every search, the better rig first.
+def comparison(searching: Searching, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the best row of every search, at every radius and speed of the sample, the better rig first.
 
     The rule: most independent printed numbers, then most sentences, then the fewest values outside their ranges
     (assumptions), then the fewest at an end of theirs.
     """
-    rows = []
+    config, rows, order = searching.config, [], []
+    ranges = file_ranges(config.rig)
     for name, table in tables.items():
-        best, searched = best_row(table), searched_unknowns(config, name).unknowns
-        ranges = file_ranges(config.rig)
-        values = [(unknown, best[unknown.label]) for unknown in searched]
-        outside = [
-            unknown.label
-            for unknown, value in values
-            if not (unknown.of or unknown.label not in ranges)
-            and not ranges[unknown.label][0] <= value <= ranges[unknown.label][1]
-        ]
-        at_end = [unknown.label for unknown, value in values if not AT_END < unknown.position(value) < 1 - AT_END]
-        counts = {key: best[key] for key in ("row", "begin", "cost", "numbers", "sentences")}
-        rows.append({"search": name, **counts, "outside": ", ".join(outside), "at_end": ", ".join(at_end)})
-    order = [
-        (-row["numbers"], -row["sentences"], len(row["outside"].split(", ")) * bool(row["outside"]), len(row["at_end"]))
-        for row in rows
-    ]
+        best, unknowns = best_row(table), searched_unknowns(config, name)
+        printed, sentences = searching.end(unknowns.rig.changed(**unknowns.changes(best)))
+        outside, at_end = [], []
+        for unknown in unknowns.unknowns:
+            value, at = best[unknown.label], unknown.position(best[unknown.label])
+            low, high = (unknown.low, unknown.high) if unknown.of else ranges.get(unknown.label, (-np.inf, np.inf))
+            if not low <= value <= high:
+                outside.append(unknown.label)
+            elif not AT_END < at < 1 - AT_END:
+                at_end.append(unknown.label)
+        missed = [f"{row.id}{row.part}: {row.measured}" for row in printed[~printed["met"]].itertuples()]
+        rows.append({
+            "search": name, "row": best["row"], "begin": best["begin"], "numbers": int(printed["met"].sum()),
+            "of": len(printed), "sentences": len(sentences), "shown": ", ".join(map(str, sentences)),
+            "missed": "; ".join(missed), "outside": ", ".join(outside), "at_end": ", ".join(at_end),
+        })  # fmt: skip
+        order.append((-rows[-1]["numbers"], -len(sentences), len(outside), len(at_end)))
     return pd.DataFrame([rows[i] for i in sorted(range(len(rows)), key=order.__getitem__)])
 
 
@@ -177,4 +179,4 @@ def main(job) -> None:
     for (name, rows), path in zip(tables.items(), job.output.rigs, strict=True):
         write_text(Path(path), searched_rig(config, rows, name))
     write_csv(job.output.rows, pd.concat(tables.values(), ignore_index=True))
-    write_csv(job.output.compared, comparison(config, tables))
+    write_csv(job.output.compared, comparison(searching, tables))
