@@ -29,7 +29,8 @@ INSIDE = 0.001, 0.999  # of the ranges
 MARGIN = 0.9  # size of a residual that costs nothing
 REACH = (0.25, 0.5, 1.0, 2.0)  # of the largest move: steps of an iteration, run side by side
 MOVE_COST = 0.02  # of a move by a whole range, so that a value that helps nothing stays
-LEAST_REACH = 0.02  # of a range, at which a search ends
+LEAST_REACH = 0.01  # of a range, at which a search ends
+WORTH = 0.3  # of the gain by the linear model, below which the reach is halved
 SEARCHED, INDEPENDENT = "linear programs", "independent"
 
 
@@ -147,16 +148,22 @@ class Searching:
             jacobian = _jacobian(x, residual, sides, of_sides)
             steps = [linear_step(x, residual, jacobian, reach * share) for share in REACH]
             tried, outcomes = [*sides, *steps], [*of_sides, *evaluate(steps)]
-            best = int(np.argmin([cost(outcome) for outcome in outcomes]))
-            if cost(outcomes[best]) < cost(residual):
+            best, before = int(np.argmin([cost(outcome) for outcome in outcomes])), cost(residual)
+            promised = before - min(_modelled_cost(residual, jacobian @ (step - x)) for step in steps)
+            gained = before - cost(outcomes[best])
+            if gained > 0:
                 x, residual = tried[best], outcomes[best]
-            else:
+            if gained < WORTH * promised or not promised > 0:
                 reach /= 2
 
 
 def cost(residual: Mapping[str, float] | None) -> float:
     """Return the weighted sum of what residuals have beyond the margin; infinite for a rig that does not run."""
-    return np.inf if residual is None else float(weights(residual) @ np.maximum(np.abs(_sizes(residual)) - MARGIN, 0.0))
+    return np.inf if residual is None else _modelled_cost(residual, np.zeros(len(residual)))
+
+
+def _modelled_cost(residual: Mapping[str, float], change: np.ndarray) -> float:
+    return float(weights(residual) @ np.maximum(np.abs(_sizes(residual) + change) - MARGIN, 0.0))
 
 
 def _sizes(residual: Mapping[str, float]) -> np.ndarray:
