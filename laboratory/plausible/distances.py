@@ -26,7 +26,7 @@ FREE = 0.5  # % of a turn of the right arc: none
 THRESHOLD, STEADY, NEAR_TEN = 0.305, 0.307, 10.0  # m, m, % of a turn
 SHORTER, LESS = 0.85, 1.0  # of the duration and the force of the left arc, and of its SD, without a ring
 FALL, GROWTH = 0.99, 1.15  # of the acceleration from speed to speed, and in all
-PLATEAU, SENTENCE = 0.2, 0.5  # weights, that of a printed number 1
+PLATEAU, SENTENCE = 0.1, 0.5  # weights, that of a printed number 1
 
 
 def bounded(difference: float, tolerance: float) -> float:

@@ -9,7 +9,7 @@ PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv")
 TABLES = (
     GRIP, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,
-    *(f"{FOLDER}/grips_{name}.csv" for name in ("numbers", "sentences")),
+    *(f"{FOLDER}/{name}.csv" for name in ("grips_numbers", "grips_sentences", "searched_rigs", "search_rows")),
 )  # fmt: skip
 PAGES = (("docs/answer.md", TABLES, answer_text),)
 

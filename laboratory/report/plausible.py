@@ -127,9 +127,8 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    study, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, grips, grips_sentences = (
-        tables
-    )
+    study, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *searched = tables
+    grips, grips_sentences, ends, rows = searched
     table, unjudged = _table(sentences, default)
     missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
     texts = blocks(
@@ -148,8 +147,40 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         shares_read=SHARES_READ,
         missed=", ".join(f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in missed),
         grips=verdict_line(grips_sentences, grips),
+        draws_searched=_listed(sorted(rows.loc[rows["begin"].str.fullmatch(r"draw \d+"), "begin"].unique())),
+        ends=_ends(ends),
+        together=_together(rows),
     )
     return [f"{text}\n" for text in texts]
+
+
+def _listed(names: list[str]) -> str:
+    """Return draws as one phrase: draws 155, 241 and 315."""
+    *first, last = (name.removeprefix("draw ") for name in names)
+    return f"draws {', '.join(first)} and {last}" if first else f"draw {last}"
+
+
+def _ends(ends: pd.DataFrame) -> str:
+    """Return a line a searched rig: where it came from, what it meets, and which of its values are at or beyond an end."""
+    lines = [
+        {
+            "search": f"`{row.search}`, row {row.row}",
+            "independent numbers": f"{row.numbers} of {row.of}",
+            "sentences": f"{row.sentences}: {row.shown}",
+            "not met": row.missed,
+            "outside its range": row.outside,
+            "at an end": row.at_end,
+        }
+        for row in ends.fillna("none").itertuples()
+    ]
+    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
+
+
+def _together(rows: pd.DataFrame) -> str:
+    """Return how many rows ran, and the most numbers and sentences of one, by search."""
+    ran = rows.dropna(subset="cost")
+    counts = ", ".join(f"`{name}` {len(of)}" for name, of in ran.groupby("search", sort=False))
+    return f"Rows that ran: {counts}."
 
 
 def _outcomes(draws: pd.DataFrame) -> dict:

@@ -10,7 +10,7 @@ import pytest
 from laboratory.plausible.distances import MAXIMA, SHARES, TIMES, at_most, bounded, residuals
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs
 from laboratory.plausible.rows import scene_name
-from laboratory.plausible.search import SEARCHED, Outcome, Searching, cost, linear_step, searched_unknowns
+from laboratory.plausible.search import MARGIN, SEARCHED, Outcome, Searching, cost, linear_step, searched_unknowns
 from laboratory.plausible.searched_rigs import comparison, searched_rig
 from laboratory.plausible.settings import load_plausible
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
@@ -75,7 +75,7 @@ def test_a_step_gives_up_a_number_that_excludes_two_others():
     residual = {"a": 3.0, "b": 3.0, "c": 0.0}
     jacobian = np.array([[-30.0, 0.0], [-30.0, 0.0], [30.0, 0.0]])
     step = linear_step(np.array([0.5, 0.5]), residual, jacobian, 0.2)
-    assert step == pytest.approx([0.5 + 2.1 / 30, 0.5])
+    assert step == pytest.approx([0.5 + (3 - MARGIN) / 30, 0.5])
     assert linear_step(np.array([0.5, 0.5]), residual, jacobian, 0.01) == pytest.approx([0.51, 0.5])
 
 
