@@ -161,7 +161,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _ends(ends: pd.DataFrame) -> str:
-    """Return a line a searched rig: where it came from, what it meets, and which of its values are at or beyond an end."""
+    """Return a line a searched rig: what it meets, and which of its values are at or beyond an end of their range."""
     lines = [
         {
             "search": f"`{row.search}`, row {row.row}",
