@@ -29,8 +29,8 @@ INSIDE = 0.001, 0.999  # of the ranges
 MARGIN = 0.96  # size of a residual that costs nothing
 REACH = (0.25, 0.5, 1.0, 2.0)  # of the largest move: steps of an iteration, run side by side
 MOVE_COST = 0.02  # of a move by a whole range, so that a value that helps nothing stays
-LEAST_REACH = 0.01  # of a range, at which a search ends
-WORTH = 0.3  # of the gain by the linear model, below which the reach is halved
+LEAST_REACH = 0.005  # of a range, at which a search ends
+WORTH = 0.1  # of the gain by the linear model, below which the reach is halved
 SEARCHED, INDEPENDENT = "linear programs", "independent"
 
 
