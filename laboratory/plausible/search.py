@@ -90,29 +90,32 @@ class Searching:
         return self.judged(row_scenes, row["values"]["starts"][0], rig)
 
     def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.
+        """Yield where a search begins, and how each point came: draws of the sample, each of them scanned, a trial.
 
         A value outside the range that the unknown has in this search is taken to its bound.
         """
         own, scan = self.settings.searches[name].values, self.settings.scan
         drawn = dict(enumerate(islice(drawn_values(self.config), max(self.settings.draws) + 1)))
-        points = {f"draw {draw}": drawn[draw] | own for draw in self.settings.draws}
+        points = [(f"draw {draw}", drawn[draw] | own) for draw in self.settings.draws]
         for scanned in product(*scan.values()):
             changes = dict(zip(scan, scanned, strict=True))
-            points |= {f"draw {draw}, scanned": drawn[draw] | own | changes for draw in self.settings.draws}
-            for begin in list(points):
-                values = points.pop(begin)
-                within = [
-                    unknown.position(min(max(values[unknown.label], unknown.low), unknown.high))
-                    for unknown in unknowns.unknowns
-                ]
-                yield begin, np.clip(within, *INSIDE)
+            points += [(f"draw {draw}, scanned", drawn[draw] | own | changes) for draw in self.settings.draws]
+        if self.settings.trial:
+            draw = self.settings.draws[0]
+            points.append((f"a trial from draw {draw}", drawn[draw] | own | self.settings.trial))
+        for begin, values in points:
+            within = [
+                unknown.position(min(max(values[unknown.label], unknown.low), unknown.high))
+                for unknown in unknowns.unknowns
+            ]
+            yield begin, np.clip(within, *INSIDE)
 
     def search(self, name: str) -> pd.DataFrame:
         """Return every row of a search: ``search, row, begin, cost, numbers, sentences`` and every unknown.
 
-        ``begin`` says how a row came: a draw, a draw that was scanned, or linear programs. These go on from the row of
-        least cost: an iteration takes differences of all unknowns to both sides, and tries steps of several reaches.
+        ``begin`` says how a row came: a start (`starts`) or linear programs. These go on from the start that meets most
+        numbers and, of those, costs least: an iteration takes differences of all unknowns to both sides, and tries
+        steps of several reaches.
         """
         unknowns = searched_unknowns(self.config, name)
         rows: list[dict] = []
@@ -131,9 +134,10 @@ class Searching:
 
         begins, points = zip(*self.starts(name, unknowns), strict=True)
         measured = evaluate(points, begins)
-        least = int(np.argmin([cost(residual) for residual in measured]))
-        if measured[least] is not None:
-            self._descend(points[least], measured[least], evaluate, rows)
+        ran = [i for i, residual in enumerate(measured) if residual is not None]
+        if ran:
+            best = min(ran, key=lambda i: (-rows[i]["numbers"], rows[i]["cost"]))
+            self._descend(points[best], measured[best], evaluate, rows)
         return pd.DataFrame(rows)
 
     def _descend(self, x: np.ndarray, residual: dict[str, float], evaluate, rows: list) -> None:

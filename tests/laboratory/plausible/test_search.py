@@ -144,7 +144,7 @@ def test_a_search_begins_at_draws_of_the_sample_and_scans_them():
     searching, unknowns = Searching(CONFIG, "config/claims.yaml", 1, "unused"), searched_unknowns(CONFIG, "slips")
     starts = list(searching.starts("slips", unknowns))
     scanned = int(np.prod([len(values) for values in CONFIG.search.scan.values()]))
-    assert len(starts) == len(CONFIG.search.draws) * (1 + scanned)
+    assert len(starts) == len(CONFIG.search.draws) * (1 + scanned) + bool(CONFIG.search.trial)
     assert [begin for begin, _ in starts[:3]] == [f"draw {draw}" for draw in CONFIG.search.draws]
     drawn, values = next(islice(drawn_rigs(CONFIG), 155, None)), unknowns.values(starts[0][1])
     fields = unknowns.changes(values)
