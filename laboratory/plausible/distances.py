@@ -70,6 +70,9 @@ def _late(scene: Mapping, event: str, at: float) -> float:
 def _by_radius(config: PlausibleConfig, values: Values) -> dict[str, float]:
     residual = {}
     for rpm, radii in config.search.radii_m.items():
+        for smaller, larger in pairwise(radius for radius in radii if radius is not None):
+            less, more = (values[scene_name(rpm, radius)]["ring_rms_n"] for radius in (smaller, larger))
+            residual[f"sentence: ring {rpm:g} {larger:g}"] = at_most(-more / max(less, 1.0), -FALL, 0.05)
         for radius in radii:
             if radius is None:
                 continue
