@@ -121,10 +121,12 @@ def run_rigs(
 
 
 def neighbours(config: PlausibleConfig) -> list[Rig]:
-    """The rig of ``near`` itself, then rigs with each of its fitted values moved at random by up to the share."""
+    """Return the rig of ``near``, then rigs with its fitted and its drawn values moved at random by up to the share."""
     table = parameter_table(config.near.rig)
-    fitted = table[(table["kind"] == "fitted") & pd.to_numeric(table["value"], errors="coerce").notna()]
-    values = fitted.set_index("name")["value"].astype(float)
+    drawn = {name for unknown in config.unknowns for name in unknown.names}
+    moved = (table["kind"] == "fitted") | table["name"].isin(drawn)
+    values = table[moved & pd.to_numeric(table["value"], errors="coerce").notna()].set_index("name")["value"]
+    values = values.astype(float)
     # equal pitch moves by the rounding of what is printed of it, all others by a share of themselves
     shares = np.where(values.index == EQUAL_PITCH, config.near.equal_pitch_m / values, config.near.share)
     rig = load_rig(config.near.rig)

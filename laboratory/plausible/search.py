@@ -90,7 +90,7 @@ class Searching:
         return self.judged(row_scenes, row["values"]["starts"][0], rig)
 
     def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield where a search begins, and how each point came: draws of the sample, each of them scanned, a trial.
+        """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.
 
         A value outside the range that the unknown has in this search is taken to its bound.
         """
@@ -100,9 +100,6 @@ class Searching:
         for scanned in product(*scan.values()):
             changes = dict(zip(scan, scanned, strict=True))
             points += [(f"draw {draw}, scanned", drawn[draw] | own | changes) for draw in self.settings.draws]
-        if self.settings.trial:
-            draw = self.settings.draws[0]
-            points.append((f"a trial from draw {draw}", drawn[draw] | own | self.settings.trial))
         for begin, values in points:
             within = [
                 unknown.position(min(max(values[unknown.label], unknown.low), unknown.high))

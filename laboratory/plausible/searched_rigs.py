@@ -20,7 +20,7 @@ from trackdyn.simulation.settling import settle
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = {
-    "slips": "the rig of the paper: fitted to its printed numbers within assumed ranges, but for a ring that slips",
+    "slips": "the rig of the paper: a track sampled from assumed ranges, chosen for the printed numbers that it meets",
     "shears": "a rig fitted to the printed numbers within assumed ranges, with a ring that gives way in shear",
     "grips": "a rig fitted to the printed numbers within assumed ranges, with a ring that grips as rubber does",
 }
@@ -68,9 +68,9 @@ def rig_text(template: str, entries: Mapping[str, dict], about: str) -> str:
 
 
 def rig_entries(
-    config: PlausibleConfig, unknowns: Unknowns, values: Mapping[str, float], source: str
+    config: PlausibleConfig, unknowns: Unknowns, values: Mapping[str, float], source: str, kind: str = "fitted"
 ) -> dict[str, dict]:
-    """Entries of a rig file (`rig_text`) for values by unknown; the range of a ratio becomes that of its value."""
+    """Return entries of a rig file (`rig_text`) for values by unknown; the range of a ratio is that of its value."""
     ranges, fields, entries = file_ranges(config.rig), unknowns.changes(values), {}
     for unknown in unknowns.unknowns:
         factor = fields.get(unknown.of, 1.0) if unknown.of else 1.0
@@ -78,7 +78,7 @@ def rig_entries(
         low, high = (
             (unknown.low, unknown.high) if unknown.of else ranges.get(unknown.label, (unknown.low, unknown.high))
         )
-        entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
+        entry = {"low": low * factor, "high": high * factor, "kind": kind, "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
     rig = unknowns.rig.changed(**fields)
     radius, tension = entries["chain.connector_radius"], entries["tension.pre_tension"]
@@ -110,14 +110,19 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     """Return the file of the best row of a search."""
     best, searched = best_row(rows), config.search.searches[name]
     unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
-    begin = f"{best['begin']}, " if best["begin"] == SEARCHED else ""
-    source = f"{begin}row {best['row']:g} of the search {name}, which began at {_draw(rows)} (docs/answer.md)"
+    drawn = best["begin"] in {f"draw {draw}" for draw in config.search.draws}
+    came = (
+        f"{best['begin']} of the sample, fitted to nothing"
+        if drawn
+        else f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {_start(rows)}"
+    )
+    source = f"{came} (docs/answer.md)"
     set_fields = {
         field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
         for field, value in searched.fields.items()
         if not isinstance(value, str)
     }
-    entries = rig_entries(config, unknowns, best, source) | set_fields
+    entries = rig_entries(config, unknowns, best, source, "assumed" if drawn else "fitted") | set_fields
     text = rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
     for field, value in searched.fields.items():
         if isinstance(value, str):
@@ -125,10 +130,10 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     return text
 
 
-def _draw(rows: pd.DataFrame) -> str:
-    """Return the draw, scanned or not, at which the linear programs began: the first row of least cost before them."""
+def _start(rows: pd.DataFrame) -> str:
+    """Return the start from which the linear programs went on (`Searching.search`)."""
     before = rows[rows["begin"] != SEARCHED].dropna(subset="cost")
-    return str(before.loc[before["cost"].idxmin(), "begin"])
+    return str(before.sort_values(["numbers", "cost"], ascending=[False, True], kind="stable")["begin"].iloc[0])
 
 
 def with_choice(text: str, field: str, choice: str, source: str) -> str:

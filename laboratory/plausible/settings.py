@@ -63,15 +63,13 @@ class Start(Section):
 
 class Search(Section):
     """A search (`search.Searching`): radii (m) of a row by speed (rev/min); draws of the sample at which each search
-    begins; ``scan``, values of some unknowns that are tried at each of them, all with all; ``trial``, values at which
-    an earlier search from the first draw ended; by name what each looks for; the first reach of a step, as a share of
-    the ranges; most rows beyond the starts.
+    begins; ``scan``, values of some unknowns that are tried at each of them, all with all; by name what each looks
+    for; the first reach of a step, as a share of the ranges; most rows beyond the starts.
     """
 
     radii_m: dict[float, list[float | None]]
     draws: Annotated[list[int], Field(min_length=1)]
     scan: dict[str, Annotated[list[float], Field(min_length=1)]]
-    trial: dict[str, float] = Field(default_factory=dict)
     searches: dict[str, Start]
     reach: Positive
     rows: Count
