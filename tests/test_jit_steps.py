@@ -42,13 +42,13 @@ if jit.INTERPRETED:
         counted.py_func = function
         return counted
     jit._made = made
-from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.loop_arrays import flatten
 
 for path in Path(sys.argv[1]).glob("*.loop"):
     loop = pickle.loads(path.read_bytes())
     samples = -(-10 // loop.model.stride)
     recording = loop.record(samples / loop.scene.rig.rate, every_link=loop.scene.every_link)
-    arrays = flat(loop.state, "state") | flat(loop.work, "work")
+    arrays = flatten(loop.state, "state") | flatten(loop.work, "work")
     arrays |= {name: getattr(recording, name) for name in recording.ARRAYS if getattr(recording, name) is not None}
     np.savez(path.with_suffix(sys.argv[2]), **arrays)
 if jit.INTERPRETED:

@@ -1,6 +1,6 @@
 """trackdyn: dynamics of a double-pin caterpillar track, a replication of Wang et al. (2023).
 
-What is listed here is imported with its first use (SPEC 1 of Scientific Python).
+Names are imported at first use (SPEC 1 of Scientific Python).
 
 Examples
 --------
@@ -30,7 +30,7 @@ _MODULES = {
     "export": "trackdyn.measure.export",
     "load_recording": "trackdyn.simulation.recording",
     "load_rig": "trackdyn.rig.rig",
-    "measures": "trackdyn.measure.measures",
+    "measures": "trackdyn.measure.tables",
     "plan": "trackdyn.measure.planner",
     "read_sensor": "trackdyn.fieldtest.sensor_csv",
     "ring_study": "trackdyn.sweeps.ring",
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
     from trackdyn.measure.export import export as export
-    from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.planner import plan as plan
     from trackdyn.measure.ring_rule import RingRule as RingRule
     from trackdyn.measure.sensor import sense as sense
+    from trackdyn.measure.tables import measures as measures
     from trackdyn.plots.show import show as show
     from trackdyn.rig.rig import Rig as Rig
     from trackdyn.rig.rig import load_rig as load_rig
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from trackdyn.sweeps.ring import ring_study as ring_study
     from trackdyn.sweeps.sweep import sweep as sweep
     from trackdyn.version import __version__ as __version__
-else:  # to a type checker every name would then be one of the package
+else:  # a type checker would accept every name
 
     def __getattr__(name: str):
         if name not in _MODULES:

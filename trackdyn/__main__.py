@@ -1,7 +1,6 @@
-"""The ``trackdyn`` command from its first instant on: an interruption is one line, also amid imports and compilation.
+"""Start of the ``trackdyn`` command: an interruption prints one line, also during imports and compilation.
 
-Signals are handled before anything of the package is imported: an exception amid the compiler's imports can bring it
-down.
+Signals are handled before the package is imported, since an exception during the compiler's imports can crash it.
 """
 
 import os
@@ -10,16 +9,16 @@ import sys
 
 
 def leave(number: int, _) -> None:
-    """End at once, and remove what is being written. The exit code is the signal's, as in a shell."""
-    # before that module is there nothing is written
+    """End at once with the exit code of the signal, as in a shell, and remove files that are being written."""
+    # no file is written before that module is imported
     end = getattr(sys.modules.get("trackdyn.inputs.files"), "broken_off", lambda: "no file is left half-written")
-    said = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"
-    os.write(2, b"\n" * (sys.stderr.isatty() or "tqdm" in sys.modules) + said.encode())  # a bar may stand on the line
+    message = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"
+    os.write(2, b"\n" * (sys.stderr.isatty() or "tqdm" in sys.modules) + message.encode())  # the line may have a bar
     os._exit(128 + number)
 
 
 def main() -> None:
-    """Entry point."""
+    """Handle signals, then run the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave)
     from trackdyn.commands.cli import main as run

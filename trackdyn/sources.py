@@ -1,14 +1,13 @@
-"""Sources that a stored result depends on: the files that a script or a module imports, read without running them.
+"""Sources that a stored result depends on: the files that a script or a module imports, without running them.
 
-Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules and stored rows therefore
-carry the hash of these files, and this module finds them, so that no list can fall behind. Compiled kernels and
-recordings carry the hash of the kernels' folders.
+Snakemake detects edits in the script of a rule, but not in its imports. Rules and stored rows therefore have the hash
+of all these files, which this module collects, so that no list can become outdated. Compiled kernels and recordings
+have the hash of the kernels' folders.
 
-What counts of a file is what it means, its syntax tree without docstrings: comments and layout change no hash. A
-process reads every file once, so that a hash is that of one state of the sources, and `edited` tells whether it is
-still that of the code in memory. Times of files are compared with one another, since the clock of a file system may
-differ from that of the process. What parsing a content gave is kept by the content, for parsing takes longer than a
-short run.
+A file is hashed by its syntax tree without docstrings: comments and layout change no hash. A process reads every file
+once, so that a hash is that of one state of the sources, and `edited` checks that it is still that of the code in
+memory. Times of files are compared with one another, since the clock of a file system may differ from that of the
+process. Results of parsing are stored by content, since parsing takes longer than a short run.
 """
 
 import ast
@@ -32,12 +31,12 @@ from platformdirs import user_cache_dir
 Module = tuple[str, ...]
 KERNEL_SOURCES = ("jit.py", "by_reference.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
-MOST_PARSED = 2000  # results of parsing that are kept, the last ones: the program has some 400
+MOST_PARSED = 2000  # stored results of parsing, the last ones: the program has some 400
 AHEAD = 2 * 10**9  # ns by which the clock of a file system may be ahead of that of the process
 
 
 def _dates(folder: str) -> Iterator[tuple[str, tuple[int, int]]]:
-    """Yield every file below a folder with the time of its last change, ns, and its size."""
+    """Yield the files below a folder with the time of their last change, ns, and their size."""
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             if not entry.is_dir():
@@ -56,7 +55,7 @@ class _Source(NamedTuple):
 
     content: bytes
     state: tuple[int, ...]  # changes with every edit, and without
-    late: bool  # whether it changed since the process began, so that the code in memory may be that of another content
+    late: bool  # true if it changed since the process began, so that the code in memory may be that of another content
 
 
 def _state(file: Path) -> tuple[int, ...]:
@@ -76,7 +75,7 @@ def _read(file: Path) -> _Source:
 
 
 def edited(files: Iterable[Path]) -> Path | None:
-    """Return the first of these files that may mean something else than when this process imported it, or None."""
+    """Return the first file whose code may have changed since this process imported it, or None."""
     for file in files:
         source = _read(file)
         try:
@@ -89,7 +88,7 @@ def edited(files: Iterable[Path]) -> Path | None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Write a file of a cache with a checksum, whole or not at all. Raises `OSError`."""
+    """Write a file of a cache with a checksum, atomically. Raises `OSError`."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as temporary:
         temporary.write(hashlib.sha256(content).digest() + content)
@@ -97,7 +96,7 @@ def keep(file: Path, content: bytes) -> None:
 
 
 def kept(file: Path) -> bytes | None:
-    """Content of a file that `keep` wrote; None if there is none, or it is damaged."""
+    """Return the content of a file that `keep` wrote; None if it is missing or damaged."""
     try:
         content = file.read_bytes()
     except OSError:
@@ -107,8 +106,8 @@ def kept(file: Path) -> bytes | None:
 
 @cache
 def _parsed() -> dict[str, Any]:
-    """Results of parsing by what was parsed, as earlier processes kept them in `cache_base`; kept again at the end."""
-    # another Python has another tree, and an edit of this file may make another thing of it
+    """Return results of parsing from earlier processes, and store them again at exit."""
+    # the syntax tree depends on Python, and the results on this file
     program = hashlib.sha256(sys.version.encode() + Path(__file__).read_bytes()).hexdigest()[:16]
     file = cache_base() / f"sources-{program}.json"
     results: dict[str, Any] = json.loads(kept(file) or b"{}")
@@ -118,12 +117,12 @@ def _parsed() -> dict[str, Any]:
 
 def _keep_parsed(file: Path, results: dict[str, Any], before: int) -> None:
     if len(results) > before:
-        with suppress(OSError):  # it is parsed again
+        with suppress(OSError):  # the next process parses again
             keep(file, json.dumps(dict([*results.items()][-MOST_PARSED:])).encode())
 
 
 def _once(work: str, content: bytes, parse: Callable[[bytes], Any]) -> Any:
-    """What ``parse`` makes of a content, as JSON gives it back; ``work`` is its name."""
+    """Return the stored result of ``parse`` for a content, as read from JSON; ``work`` is its name."""
     key = f"{work} {hashlib.sha256(content).hexdigest()}"
     if key not in _parsed():
         _parsed()[key] = parse(content)
@@ -132,7 +131,7 @@ def _once(work: str, content: bytes, parse: Callable[[bytes], Any]) -> Any:
 
 @cache
 def _meaning(file: Path, content: bytes) -> str:
-    """Hash of the syntax tree of a file without docstrings; of another than Python's, of its bytes."""
+    """Return the hash of the syntax tree of a Python file without docstrings, or of the bytes of another file."""
     if file.suffix == ".py":
         return _once("meaning", content, _meaning_of_python)
     return hashlib.sha256(content).hexdigest()
@@ -148,13 +147,13 @@ def _meaning_of_python(content: bytes) -> str:
 
 
 def meaning(file: Path) -> str:
-    """Hash of what a file means, as it was when this process first read it."""
+    """Return the hash of the code of a file, as it was when this process first read it."""
     return _meaning(file, _read(file).content)
 
 
 @cache
 def _locate(module: Module, places: tuple[Path, ...]) -> Path | None:
-    """File of a module or package; None if it is none of ours."""
+    """Return the file of a module or package; None if it is not in ``places``."""
     for folder in places:
         path = folder.joinpath(*module)
         for file in (path / "__init__.py", path.parent / f"{path.name}.py"):
@@ -164,7 +163,7 @@ def _locate(module: Module, places: tuple[Path, ...]) -> Path | None:
 
 
 def _statements(node: ast.AST) -> Iterator[ast.AST]:
-    """Every statement below a node: much fewer than its nodes."""
+    """Yield the statements below a node, which are much fewer than its nodes."""
     for name in ("body", "orelse", "finalbody", "handlers", "cases"):
         for child in getattr(node, name, ()):
             yield child
@@ -173,7 +172,7 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
 
 @cache
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
-    """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
+    """List module, name (None: the module) and local name of all imports in a file, including its functions."""
     imports = []
     for level, parts, name, called in _once("imports", _read(file).content, _import_statements):
         above = package[: len(package) - level + 1] if level else ()
@@ -182,13 +181,13 @@ def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]
 
 
 def _import_statements(content: bytes) -> list[tuple[int, list[str], str | None, str]]:
-    """Level (0: absolute), module, name and what it is called, as `_imports`."""
+    """List level (0: absolute), module, name and local name of imports, see `_imports`."""
     imports: list[tuple[int, list[str], str | None, str]] = []
     for node in _statements(ast.parse(content)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 parts = alias.name.split(".")
-                # the packages on the way are bound as well: whatever they offer may be used
+                # parent packages are bound, too, with all their names
                 imports += [(0, parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
         elif isinstance(node, ast.ImportFrom):
             parts = node.module.split(".") if node.module else []
@@ -199,13 +198,12 @@ def _import_statements(content: bytes) -> list[tuple[int, list[str], str | None,
 
 
 def imported_files(script: Path, root: Path) -> list[Path]:
-    """Files that a script needs from below ``root`` and from its workflow, itself left out.
+    """Return the files below ``root`` and its workflow that a script imports, without the script.
 
-    A package's ``__init__`` is one of them, but what it imports in its turn counts only as far as it is asked
-    for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
-    ``__init__``; taken so, every result would depend on every module, although none of them can change it. Where
-    ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
-    belong to the module of their name, or else to whoever is, or imports, a module of their folder.
+    The ``__init__`` of a package is one of them, but its imports count only if the script uses them: ``from trackdyn
+    import load_rig`` leads to the module that defines ``load_rig``. Python executes the whole ``__init__``, but then
+    every result would depend on every module. If ``__init__`` defines the imported name, all its imports count. Files
+    other than Python's belong to the module of their name, or else to all modules of their folder.
     """
     places = root, root / "workflow"
     files: set[Path] = set()
@@ -220,16 +218,16 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         is_package = file.name == "__init__.py"
         imports = _imports(file, module if is_package else module[:-1])
         if is_package and name:
-            # a name may be both: a module of the package, and what its __init__ took from there
+            # a name may be both a module of the package and an object that its __init__ imports
             matches = [entry for entry in imports if entry[2] == name]
             if _locate((*module, name), places):
                 matches.append(((*module, name), None, name))
             imports = matches or imports
-        for source, what, _ in imports:
-            need(source, what)
+        for source, imported, _ in imports:
+            need(source, imported)
 
-    for source, what, _ in _imports(script, ()):
-        need(source, what)
+    for source, imported, _ in _imports(script, ()):
+        need(source, imported)
     packages = {file.parent for file in (*files, script.with_name("__init__.py")) if file.name == "__init__.py"}
     siblings = {
         path
@@ -242,7 +240,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
 
 
 def digest(files: Iterable[Path], root: Path) -> str:
-    """Hash of what files mean and where they lie below ``root``, and of the compiler's versions (16 digits)."""
+    """Return the hash of files, their paths below ``root``, and the compiler's versions (16 digits)."""
     words = [f"numba {version('numba')}, llvmlite {version('llvmlite')}"]
     for path in files:
         words.append(f"{path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name} {meaning(path)}")
@@ -250,13 +248,13 @@ def digest(files: Iterable[Path], root: Path) -> str:
 
 
 def cache_base() -> Path:
-    """Folder of all that is kept from process to process: ``TRACKDYN_CACHE`` or the user's cache."""
+    """Return the folder of the cache: ``TRACKDYN_CACHE`` or the user's."""
     return Path(os.environ.get("TRACKDYN_CACHE") or user_cache_dir("trackdyn", appauthor=False)).absolute()
 
 
 @cache
 def kernel_files() -> list[Path]:
-    """The files of the kernels."""
+    """Return the files of the kernels."""
     places = [Path(__file__).parent / name for name in KERNEL_SOURCES]
     files = (file for path in places for file in ([path] if path.is_file() else sorted(path.rglob("*.py"))))
     return [file for file in files if file.is_file()]
@@ -264,21 +262,21 @@ def kernel_files() -> list[Path]:
 
 @cache
 def kernel_digest() -> str:
-    """`digest` of the kernels, which make a recording.
+    """Return the `digest` of the kernels, which make a recording.
 
-    It does not cover the processor: the same program on another machine has the same hash, so that results may move.
+    It does not include the processor, so that results can be moved to another machine.
     """
     return digest(kernel_files(), Path(__file__).parent)
 
 
 @cache
 def module_files(module: str) -> list[Path]:
-    """The file of a module and those of all that it imports of ours."""
+    """Return the file of a module and those of its imports within the repository."""
     file = Path(str(find_spec(module).origin)).resolve()  # type: ignore[union-attr]
     return sorted({file, *imported_files(file, Path(__file__).parents[1])})
 
 
 @cache
 def module_hash(module: str) -> str:
-    """`digest` of a module and of all that it imports of ours: what a row that it computed depends on."""
+    """Return the `digest` of a module and of its imports (`module_files`), on which its rows depend."""
     return digest(module_files(module), Path(__file__).parents[1])

@@ -7,8 +7,8 @@ import pandas as pd
 
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import ACCELERATION
+from trackdyn.measure.estimators import Sensed
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.taken import Sensed
 from trackdyn.measure.uncertainty import student
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.events import like_peaks, mean_events
-from trackdyn.measure.taken import meshing_summary
 from trackdyn.measure.whole_loop import passage_edges, revolution_samples
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.simulation.recording import Recording

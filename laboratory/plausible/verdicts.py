@@ -14,7 +14,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import MET, Claim, judge, judge_all
 from trackdyn_replication.paper.evidence import LEAST_RADII, Evidence
-from trackdyn_replication.paper.printed import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
+from trackdyn_replication.paper.published import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from trackdyn_replication.paper.scorecard import RADIUS, sentence_verdicts
 
 JAMMED = "jammed"  # state of a row that ran and whose chain does not lie on the ring

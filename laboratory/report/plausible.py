@@ -22,7 +22,7 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import MET
 from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
-from trackdyn_replication.paper.printed import RADIUS_CHOSEN
+from trackdyn_replication.paper.published import RADIUS_CHOSEN
 from trackdyn_replication.paper.scorecard import MARKS, number_count, other_numbers, verdict_line
 from trackdyn_replication.paper.tracks import (
     RUBBER,

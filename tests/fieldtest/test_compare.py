@@ -16,10 +16,10 @@ from trackdyn.fieldtest.figures import comparison_figure
 from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
+from trackdyn.measure.estimators import record_metrics
 from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.spectra import rms
-from trackdyn.measure.taken import record_metrics
 from trackdyn.measure.uncertainty import MANY_DEGREES, student, welch_degrees
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig

@@ -96,8 +96,8 @@ def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, 
 @pytest.mark.parametrize(
     ("name", "change", "words"),
     [
-        ("mean", lambda a: np.append(a[:-1], a[-1:] * np.nan, 0), "mean holds a value that is not a finite number"),
-        ("raw", lambda a: a + 1e300, "raw holds a value beyond 1e+12"),
+        ("mean", lambda a: np.append(a[:-1], a[-1:] * np.nan, 0), "mean has a value that is not a finite number"),
+        ("raw", lambda a: a + 1e300, "raw has a value beyond 1e+12"),
     ],
 )
 def test_numbers_that_no_run_gives_never_leave_one(belt_file, name, change, words):

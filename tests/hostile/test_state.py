@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.loop_arrays import flatten
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def loop(driven_loop):
 def test_arrays_of_a_loop_are_read_only(loop):
     """Kernels look up places unchecked: every array that a loop shows."""
     for name in ("model", "state", "work"):
-        for array in flat(getattr(loop, name)).values():
+        for array in flatten(getattr(loop, name)).values():
             if array.ndim and array.size:
                 with pytest.raises(ValueError, match="read-only"):
                     array[...] = array

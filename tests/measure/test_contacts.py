@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from tests.conftest import contact_table, made_recording
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import SHORT, passages, sampled_shares
+from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.events import like_peaks, mean_events, passage_events, peaks, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, remarks, run_metrics
-from trackdyn.measure.taken import meshing_summary
 from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene

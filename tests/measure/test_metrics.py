@@ -14,9 +14,9 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.measure import catalogue
 from trackdyn.measure.catalogue import CATALOGUE
 from trackdyn.measure.columns import METRIC_COLUMNS, described, error_of
-from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, whole_errors
+from trackdyn.measure.estimators import sensor_metrics
+from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, total_errors
 from trackdyn.measure.spectra import rms
-from trackdyn.measure.taken import sensor_metrics
 from trackdyn.measure.uncertainty import STEP_ERRORS
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
@@ -80,7 +80,7 @@ def test_the_step_of_every_included_rig_is_within_what_is_said(request):
     assert set(rows["rig"]) == set(shipped_rigs())
     rig = load_rig("bench")
     for bare, group in rows.groupby(rows["ring_radius_m"].isna()):
-        whole = whole_errors(Scene(rig, 150.0, None if bare else rig.ring_radius))
+        whole = total_errors(Scene(rig, 150.0, None if bare else rig.ring_radius))
         for row in group[group["uncertainty"] < 0.5 * group["error"].abs()].itertuples():
             accepted = whole(row.measure, row.limit, 0.0)
             assert abs(row.error) <= 1.05 * accepted, (row.rig, row.ring_radius_m, row.rpm, row.measure)
@@ -88,16 +88,16 @@ def test_the_step_of_every_included_rig_is_within_what_is_said(request):
 
 def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(rig):
     scene = Scene(rig, 150.0)
-    whole = whole_errors(scene)
+    whole = total_errors(scene)
     of_rms, of_share = (STEP_ERRORS[name][0] for name in ("(rms|sd|mean)_g", "(left|right|ring)_share_pct"))
     assert whole("rms_g", 1.0, 0.0) == of_rms > 0
     assert whole("rms_g", -1.0, 1e-3) == pytest.approx(np.hypot(of_rms, 1e-3))
     assert whole("ring_share_pct", 47.64861, 0.00023) == pytest.approx(np.hypot(of_share, 0.00023))
     assert whole("left_peak_n", 0.0, 0.5) == 0.5 and np.isnan(whole("rms_g", 1.0, np.nan))
-    half = whole_errors(scene.with_(step=scene.time_step / 2))
+    half = total_errors(scene.with_(step=scene.time_step / 2))
     assert half("rms_g", 1.0, 0.0) == pytest.approx(of_rms / 2)
-    assert np.isnan(whole_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
-    assert whole_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
+    assert np.isnan(total_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
+    assert total_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
     # every measure with an error has one
     for name in (measure.column for measure in CATALOGUE if measure.text):
         assert " " in error_of(name) or not np.isnan(whole(name, 1.0, 0.0)), name
@@ -162,7 +162,7 @@ def test_a_record_whose_turns_drift_is_said(run, monkeypatch, values, said):
 def test_an_interval_knows_how_many_turns_and_batches_it_is_from(rig):
     """Two turns have the factor 12.7; passages are batches of about the root of their number."""
     run = trackdyn.simulate(trackdyn.Scene(rig, 300.0, duration=7.0))
-    whole, row = whole_errors(run.scene), run_metrics("", run)
+    whole, row = total_errors(run.scene), run_metrics("", run)
     printed = {entry["name"]: entry for entry in shown_measures(run)}
     turns = int(run.seconds * run.periods.loop_hz + 1e-9)
     batches = row["passages"] // int(row["passages"] ** 0.5)

@@ -11,7 +11,7 @@ from trackdyn import Scene
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure import planner
 from trackdyn.measure.planner import Trial, _cheapest, _judge, _undecided, check_tolerances, plan, settings, steady
-from trackdyn.measure.uncertainty import DRIFT, Estimate, Series, WholeError, drifts, judge_series
+from trackdyn.measure.uncertainty import DRIFT, Estimate, Series, TotalError, drifts, judge_series
 from trackdyn.measure.whole_loop import whole_loop
 
 
@@ -20,7 +20,7 @@ def tried(step, value, integrator="semi_implicit", scatter=0.0):
     trial = Trial("made up", {"integrator": integrator, "step": step})
     turn = SimpleNamespace(loop=0.5, passage=1.0 / 12)
     scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=turn)
-    trial.writer = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
+    trial.recorder = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
     return trial
 
@@ -40,8 +40,8 @@ def test_scatter_that_runs_share_is_no_error_and_their_own_is():
     for runs in (shared, own):
         _judge(runs, {"rms": 0.1})
     few, many = (runs[1].error["rms"] for runs in (shared, own))
-    assert few.bias + few.doubt == pytest.approx(0.0075, rel=0.3)
-    assert many.bias + many.doubt > 10 * (few.bias + few.doubt)
+    assert few.bias + few.bias_error == pytest.approx(0.0075, rel=0.3)
+    assert many.bias + many.bias_error > 10 * (few.bias + few.bias_error)
 
 
 def test_another_method_is_no_half_step():
@@ -118,12 +118,12 @@ def test_the_record_of_a_finer_setting_may_still_show_that_a_coarser_one_is_good
     longest = {"duration": 20.0, "rig": SimpleNamespace(rate=1000.0)}
     for run in runs:
         for name, value in longest.items():
-            setattr(run.writer.loop.scene, name, value)
-        run.error["rms"] = WholeError(0.001, 0.02, 0.0, 0.0)
+            setattr(run.recorder.loop.scene, name, value)
+        run.error["rms"] = TotalError(0.001, 0.02, 0.0, 0.0)
     assert not _undecided(runs, runs[1], {"rms": 0.01})  # it has more than a turn of 0.5 s
-    runs[1].writer.done = 400
+    runs[1].recorder.done = 400
     assert _undecided(runs, runs[1], {"rms": 0.01}) and not _undecided(runs, runs[0], {"rms": 0.01})
-    runs[0].error["rms"] = WholeError(0.0081, 0.0, 0.0, 0.0)
+    runs[0].error["rms"] = TotalError(0.0081, 0.0, 0.0, 0.0)
     assert not _undecided(runs, runs[1], {"rms": 0.01})
 
 
@@ -132,7 +132,7 @@ def test_a_setting_that_begins_later_is_compared_over_the_same_passages():
     longer, shorter = tried(1e-4, 1.0), tried(5e-5, 1.0)
     numbers = np.arange(12)
     longer.measures["rms"] = Series(1.01 * (1.0 + numbers / 6), numbers)
-    shorter.skipped, shorter.writer.done = 2, 667  # eight passages
+    shorter.skipped, shorter.recorder.done = 2, 667  # eight passages
     shorter.measures["rms"] = Series(1.0 + (numbers[:8] + 2) / 6, numbers[:8])
     _judge([longer, shorter], {"rms": 0.1})
     assert shorter.error["rms"].bias == pytest.approx(0.01, rel=0.02)
@@ -141,10 +141,10 @@ def test_a_setting_that_begins_later_is_compared_over_the_same_passages():
 def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_with_more_room():
     """An error of 0.9 % leaves the interval 0.1 % of a tolerance of 1 %: a finer setting with ten times the room."""
     runs = [tried(2e-4, 1.009), tried(1e-4, 1.0)]
-    runs[0].error["rms"], runs[1].error["rms"] = WholeError(0.009, 0.0, 0.01, 0.01), WholeError(0.0, 0.0, 0.01, 0.01)
-    runs[0].writer.done = 20_000
+    runs[0].error["rms"], runs[1].error["rms"] = TotalError(0.009, 0.0, 0.01, 0.01), TotalError(0.0, 0.0, 0.01, 0.01)
+    runs[0].recorder.done = 20_000
     planned = planner.Plan(runs[0], {"rms": 0.01}, 10.0, 0.0, 0.0, tuple(runs))
-    assert planned.left["rms"] == pytest.approx(0.001)
+    assert planned.margins["rms"] == pytest.approx(0.001)
     other, length = planned._cheaper(runs[0], {"rms": Estimate(1.0, 0.0015, 0.003)})
     assert other is runs[1] and length == pytest.approx(20 * 0.3**2)
     runs[1].refused = "it diverged"
@@ -186,7 +186,7 @@ def test_a_looser_tolerance_takes_no_more_steps(rig):
         planned = plan(Scene(rig, 210, 0.308), {"rms": tolerance})
         answer = planned.run()
         records = sum(trial.work * trial.seconds for trial in planned.tried if not trial.refused)
-        return records + answer.transient / planned.chosen.writer.loop.model.step
+        return records + answer.transient / planned.chosen.recorder.loop.model.step
 
     assert work(0.05) <= work(0.01) * (1 + 1e-9)
 
@@ -203,7 +203,7 @@ def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing
 
 
 def test_a_tolerance_that_nothing_keeps_is_refused(rig):
-    with pytest.raises(InputError, match=r"1e-06 of rms: what was tried leaves an error of \S+; use at least"):
+    with pytest.raises(InputError, match=r"1e-06 of rms: the best setting has an error of \S+; use at least"):
         plan(Scene(rig, 115, 0.308), {"rms": 1e-6}, longest=5.0, method=False)
 
 

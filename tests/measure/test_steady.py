@@ -9,8 +9,8 @@ import pytest
 import trackdyn.measure.stopping as steady
 from tests.conftest import recorded
 from trackdyn import Scene
+from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.stopping import run_steady, steady_from
-from trackdyn.measure.taken import meshing_summary
 from trackdyn.scene.scene import Periods, StopRule, steady_fields
 
 RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import t as student
 
 from trackdyn.measure import uncertainty
-from trackdyn.measure.taken import sensor_metrics
+from trackdyn.measure.estimators import sensor_metrics
 from trackdyn.measure.uncertainty import batch_error, line_error, ratio_values, turn_error
 
 RATE, SAMPLES, TURNS, REPLICAS = 250.0, 500.37, 12, 400  # samples of a revolution, not a whole number

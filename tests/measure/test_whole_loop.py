@@ -68,7 +68,7 @@ def test_one_passage_has_a_value_and_no_error():
 
 def test_what_cannot_be_measured_is_refused(make_scene):
     fake, _ = made_up(lambda t: 0 * t, seconds=0.1)
-    with pytest.raises(InputError, match="hold no passage"):
+    with pytest.raises(InputError, match="shorter than a passage"):
         whole_loop(fake)
     with pytest.raises(InputError, match="every_link=True"):
         every_ay(replace(simulate(make_scene(duration=0.01, lead_in=0.0))))

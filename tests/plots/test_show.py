@@ -55,7 +55,7 @@ def test_an_impact_is_cut_and_leaves_the_other_arrows_their_length(recording, st
 
 def test_what_moves_is_the_run(recording, stretch):
     """Place and forces of the recorded pitch, which the record keeps by another way."""
-    assert stretch.begins == recording.begin
+    assert stretch.begin == recording.begin
     # equal steps in other chunks: rounding, which contact makes larger; a page draws 0.2 mm
     assert stretch.apart[0] < 1e-9
     samples = np.rint(stretch.time * recording.rate).astype(int) - 1

@@ -229,7 +229,7 @@ def test_a_groove_of_other_arcs_is_said_of_a_file_and_of_a_recording_and_by_simu
     assert foreign_groove(load_rig(path)).startswith("the groove is that of ")  # a recording knows no file
     for name in shipped_rigs():
         assert not foreign_groove(load_rig(name)) and not foreign_groove(load_rig(name), name)
-    monkeypatch.setattr("trackdyn.commands.runs._for_its_duration", lambda *_: None)
+    monkeypatch.setattr("trackdyn.commands.scenes._for_its_duration", lambda *_: None)
     for rig, warned in ((path, True), ("bench", False)):
         assert (said in run_command("simulate", tmp_path / "run.npz", "--rig", rig, "--rpm", "115").err) == warned
 

@@ -16,10 +16,10 @@ from trackdyn.model.arrays import SAMPLED
 from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation import recorder as writer
+from trackdyn.simulation import recorder
 from trackdyn.simulation.initial_tension import TensionedLoop
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.simulate import simulate
 
 # Change of half a second with contacts by exact cosines at the start of a call instead of those carried on by their
@@ -30,8 +30,8 @@ MOTION = ("angle", "rate", "wheel_rate")
 
 def assert_same(loop, expected):
     """The states of two loops are equal to the last bit."""
-    for name, array in flat(loop.state).items():
-        np.testing.assert_array_equal(array, flat(expected.state)[name], err_msg=name)
+    for name, array in flatten(loop.state).items():
+        np.testing.assert_array_equal(array, flatten(expected.state)[name], err_msg=name)
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_a_record_goes_with_its_last_reference(loop):
     gc.collect()
     gc.disable()
     try:
-        record = writer.Recorder(loop, loop.scene.with_(duration=0.05, every_link=True))
+        record = recorder.Recorder(loop, loop.scene.with_(duration=0.05, every_link=True))
         while not record.finished:
             record.chunk()
         reference = weakref.ref(record)
@@ -245,9 +245,9 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
 def test_a_changed_loop_goes_on_in_the_same_state(loop):
     finer = loop.changed(step=5e-5)
     assert finer.time == loop.time and finer.scene.step == 5e-5 and finer.model.stride == 20
-    for name, array in flat(loop.state).items():
+    for name, array in flatten(loop.state).items():
         if name != "steps":
-            np.testing.assert_array_equal(flat(finer.state)[name], array, err_msg=name)
+            np.testing.assert_array_equal(flatten(finer.state)[name], array, err_msg=name)
     finer.advance(0.02)
     loop.advance(0.02)
     # two paths of order 1, a fiftieth of a second long
@@ -314,8 +314,8 @@ def test_every_kind_of_loop_can_be_pickled(make_scene, fields):
     loop = Loop(make_scene(**fields))
     loop.advance(0.02)
     loaded, same = pickle.loads(pickle.dumps(loop)), loop.changed()
-    for name, array in flat(loop.model).items():  # where the tensioner has put its wheel, too
-        np.testing.assert_array_equal(flat(same.model)[name], array, err_msg=name)
+    for name, array in flatten(loop.model).items():  # where the tensioner has put its wheel, too
+        np.testing.assert_array_equal(flatten(same.model)[name], array, err_msg=name)
     for each in (loop, loaded):
         each.advance(0.02)
     assert_same(loaded, loop)

@@ -9,7 +9,7 @@ from trackdyn.rig.laws import NORMAL_LAWS
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import settling
-from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.settling import SettledLoops, settle
 from trackdyn.simulation.simulate import simulate
 
@@ -37,7 +37,7 @@ def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
 
 @pytest.mark.parametrize("fields", [{"chain": "single_pin"}, {"tension": "retensioned", "ring_radius": 0.311}], ids=str)
 def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
-    """After a loop of the plain scene, which a wrong key would take for theirs: all but `LATER` is in it."""
+    """After a loop of the plain scene, which a wrong key would take for theirs: all but `IRRELEVANT` is in it."""
     starts = SettledLoops()
     simulate(make_scene(115.0, **SHORT | {"ring_radius": fields.get("ring_radius", 0.308)}), starts=starts)
     assert_shared(make_scene(130.0, **SHORT | fields), starts)
@@ -86,8 +86,8 @@ def test_a_loop_that_another_process_kept_is_the_same_to_the_last_bit(make_scene
 
 def assert_same(made, taken):
     for name in ("state", "work"):
-        for array, right in flat(getattr(made.arrays, name)).items():
-            np.testing.assert_array_equal(flat(getattr(taken.arrays, name))[array], right, err_msg=array)
+        for array, right in flatten(getattr(made.arrays, name)).items():
+            np.testing.assert_array_equal(flatten(getattr(taken.arrays, name))[array], right, err_msg=array)
 
 
 def test_what_a_loop_depends_on_is_in_the_name_of_its_file(make_scene, kept, monkeypatch):
@@ -114,7 +114,7 @@ def test_what_a_loop_depends_on_is_in_the_name_of_its_file(make_scene, kept, mon
 
 
 def test_the_last_loops_are_kept(make_scene, kept, monkeypatch):
-    monkeypatch.setattr(settling, "MOST_KEPT", 2)
+    monkeypatch.setattr(settling, "MOST_STORED", 2)
     scenes = [make_scene(115.0, ring_radius=ring, **SHORT) for ring in (0.308, 0.310, 0.306)]
     for scene in scenes:
         kept(scene)

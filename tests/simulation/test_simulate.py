@@ -9,7 +9,7 @@ from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.stopping import later
+from trackdyn.measure.stopping import without_beginning
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.rig.layout import body_lengths
 from trackdyn.simulation.energy_balance import energy_residual
@@ -114,7 +114,7 @@ def test_what_a_scene_records_is_read_back(make_scene, tmp_path, fields):
     if fields.get("motor_rpm") == 0.0 and "chain" not in fields:  # gravity is what a sensor shows at rest
         assert np.hypot(sense(run).ay, sense(run).ax) == pytest.approx(1.0, abs=1e-3)
     for seconds in (0.13, 0.35, 0.45):
-        shorter = later(run, seconds)
+        shorter = without_beginning(run, seconds)
         if run.scene.chain != "belt":
             assert read_back(shorter, tmp_path / "part.npz").seconds < run.seconds
 

@@ -6,31 +6,37 @@ import pytest
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
+from trackdyn.simulation.energy_balance import (
+    LARGEST_RESIDUAL,
+    PATH_ERROR,
+    check_energy_balance,
+    open_share,
+    path_error,
+)
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.rig_check import check, try_steps
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.step_check import (
-    BRIEF,
-    DAMPED,
-    FLIPS,
-    HALF,
+    DAMPED_REASON,
+    DOUBTFUL_SHARE,
+    LARGEST_SHARE,
     NO,
-    NOTICED,
     ONE_STEP,
     OPEN,
     PEAKS,
     RMS,
+    SHORT_RUN_REASON,
+    SHORT_STEP_DIVISOR,
     YES,
     Alternation,
     Difference,
     RunStatistics,
     StepCheck,
-    again,
     doubt,
-    explicit,
+    explicit_fields,
     largest_forces,
+    mandatory_rerun,
 )
 
 
@@ -43,12 +49,12 @@ def statistics(rms, peaks, shares=(0.0, 0.0, 0.0)):
     return RunStatistics(np.array(rms), np.array(peaks), np.array(shares))
 
 
-@pytest.mark.parametrize("share", [0.9 * NOTICED, 1.1 * NOTICED])
+@pytest.mark.parametrize("share", [0.9 * DOUBTFUL_SHARE, 1.1 * DOUBTFUL_SHARE])
 @pytest.mark.parametrize("alone", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
 def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
     run = statistics([1.0], [1.0, 0.3, 0.2], [alone, 1.0, 0.0])  # the second side carries little
     assert run.doubtful("left") == (alone > ONE_STEP) and run.doubtful("right") and not run.doubtful("ring")
-    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > NOTICED or alone > ONE_STEP)
+    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > DOUBTFUL_SHARE or alone > ONE_STEP)
     assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
 
 
@@ -63,10 +69,10 @@ def test_a_finer_step_decides_what_is_doubtful(make_scene, difference, state):
     def judged(share):
         return check.resolution(Alternation(share, 100, 5.0))
 
-    resolved = judged(0.9 * FLIPS)
-    assert resolved.state == state and resolved.share == 0.9 * FLIPS
+    resolved = judged(0.9 * LARGEST_SHARE)
+    assert resolved.state == state and resolved.share == 0.9 * LARGEST_SHARE
     assert bool(resolved.reason) == (state != YES)
-    assert judged(1.1 * FLIPS).state == NO  # steps that flip are never called resolved: their samples are not
+    assert judged(1.1 * LARGEST_SHARE).state == NO  # steps that flip are never called resolved: their samples are not
 
 
 def test_answers_are_compared_over_the_same_pitches():
@@ -95,9 +101,9 @@ def test_answers_are_compared_over_the_same_pitches():
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
     monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
-    monkeypatch.setattr("trackdyn.simulation.step_check.FLIPS", -1.0)
+    monkeypatch.setattr("trackdyn.simulation.step_check.LARGEST_SHARE", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).resolution
-    assert resolved.state == NO and "it flips, and by a finer step RMS is " in resolved.reason
+    assert resolved.state == NO and "it flips, and with a finer step RMS differs by " in resolved.reason
 
 
 def test_a_trial_halves_until_the_answer_holds(running):
@@ -124,13 +130,15 @@ def test_a_trial_asks_the_judge_of_steps_and_may_find_none(running, monkeypatch)
 def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, monkeypatch):
     """Half of an error of order 1 is seen, so that differences count twice."""
     scene = make_scene(115.0, ring_radius=None, step=1e-4)
-    assert again(scene) == BRIEF
-    assert not again(scene.with_(duration=scene.periods.loop)) and not again(scene.with_(motor_rpm=0))
+    assert mandatory_rerun(scene) == SHORT_RUN_REASON
+    assert not any(
+        mandatory_rerun(scene.with_(**field)) for field in ({"duration": scene.periods.loop}, {"motor_rpm": 0})
+    )
     tried, rerun, changed = [], Recorder._rerun, Loop.changed
 
-    def off(writer, times):
+    def off(recorder, times):
         """A finer run whose RMS is 1.5 % below that of the run: beyond 1 % in the limit."""
-        finer, coarse = rerun(writer, times), writer.statistics()
+        finer, coarse = rerun(recorder, times), recorder.statistics()
         return finer._replace(rms=coarse.rms / 1.015, peaks=coarse.peaks)
 
     monkeypatch.setattr(Recorder, "_rerun", off)
@@ -139,7 +147,7 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     )
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):
         simulate(scene)
-    assert tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / HALF)]
+    assert tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / SHORT_STEP_DIVISOR)]
 
 
 @pytest.mark.parametrize(
@@ -150,9 +158,9 @@ def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_alone(rig, rms, 
     a part of a run, nothing is known.
     """
     scene = Scene(rig, 150.0, integrator="linearly_implicit", duration=3.0)
-    other = explicit(scene)
+    other = explicit_fields(scene)
     assert other["integrator"] == "semi_implicit" and other["step"] <= scene.time_step
-    assert again(scene) == DAMPED
+    assert mandatory_rerun(scene) == DAMPED_REASON
     quiet, tried = Alternation(0.0, 100, 5.0), []
 
     def rerun(times):
@@ -174,17 +182,17 @@ def test_the_path_of_bodies_that_run_round_is_known(running, missed):
     model, seconds = running.model, 10.0
     energy = np.zeros((2, len(ENERGY_NAMES)))
     energy[:, ENERGY_NAMES.index("kinetic")] = 1e5
-    path = path_energy(energy, model, seconds)
+    path = path_error(energy, model, seconds)
     turns = seconds * abs(model.drive.rate) / (2 * np.pi)
-    assert path == pytest.approx(PATH * 1e5 * abs(model.drive.rate) * model.step * turns)
+    assert path == pytest.approx(PATH_ERROR * 1e5 * abs(model.drive.rate) * model.step * turns)
     energy[1, ENERGY_NAMES.index("sprocket_work")] = -path
     share, exchanged = open_share(energy, model, seconds)
     assert share * exchanged == pytest.approx(-path)
-    check_account(energy, model, seconds)
-    beyond = missed * OPEN_SHARE * exchanged  # little of it is what is changed here
+    check_energy_balance(energy, model, seconds)
+    beyond = missed * LARGEST_RESIDUAL * exchanged  # little of it is what is changed here
     energy[1, ENERGY_NAMES.index("sprocket_work")] = -path - beyond
     if missed < 1:
-        check_account(energy, model, seconds)
+        check_energy_balance(energy, model, seconds)
     else:
-        with pytest.raises(DivergenceError, match="not accounted for"):
-            check_account(energy, model, seconds)
+        with pytest.raises(DivergenceError, match="a residual of"):
+            check_energy_balance(energy, model, seconds)

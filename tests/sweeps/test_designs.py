@@ -89,7 +89,7 @@ def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_la
         ({"motor_rpm": "0.0"}, "motor_rpm = 0: must be above 0"),
         ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc': must be a finite number"),
         ({"motor_rpm": "115", "step": [1e-4, -1e-4]}, "step = -0.0001: must be between"),
-        ({"motor_rpm": "115", "step": ";"}, "step holds no number"),
+        ({"motor_rpm": "115", "step": ";"}, "step has no number"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )

@@ -7,11 +7,11 @@ import pytest
 
 from tests.conftest import run_command
 from trackdyn.inputs.errors import InputError
-from trackdyn.measure.metrics import whole_errors
+from trackdyn.measure.estimators import meshing_summary
+from trackdyn.measure.metrics import total_errors
 from trackdyn.measure.ring_advice import advice, compared
 from trackdyn.measure.ring_rule import SPAN, DurationRule, RingRule, windows, with_tooth_forces
 from trackdyn.measure.stopping import run_steady
-from trackdyn.measure.taken import meshing_summary
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings
@@ -361,7 +361,7 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name
-    error = whole_errors(recording.scene)("left_share_pct", summary["left_share_pct"], summary["left_share_error_pct"])
+    error = total_errors(recording.scene)("left_share_pct", summary["left_share_pct"], summary["left_share_error_pct"])
     assert row["left_share_error_pct"] == pytest.approx(error, rel=1e-8)
     assert row["contacts_converged"] == known
     names = {f"{name}.{end}" for name in ("force", "fig23_a", "fig23_b", "fig24", "sliding") for end in ("png", "svg")}

@@ -31,9 +31,9 @@ def design(rows=4, **fields):
 @pytest.fixture
 def counted(monkeypatch):
     """Rows that were due, by key."""
-    due, computed = [], engine._computed
+    due, computed = [], engine._run_in_pools
     monkeypatch.setattr(
-        engine, "_computed", lambda compute, tasks, *rest: due.extend(tasks) or computed(compute, tasks, *rest)
+        engine, "_run_in_pools", lambda compute, tasks, *rest: due.extend(tasks) or computed(compute, tasks, *rest)
     )
     return due
 

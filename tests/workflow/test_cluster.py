@@ -136,5 +136,5 @@ def test_a_batch_with_failed_rows_is_tried_again_but_for_the_last_time(tmp_path,
         resources=SimpleNamespace(attempt=attempt),
         params=Namedlist(fromdict={"batch": 0, "batches": 1, "retries": 2, "store": tmp_path / "rows"}),
     )  # fmt: skip
-    with pytest.raises(TrackdynError, match="1 rows are to be tried again: out of m") if again else nullcontext():
+    with pytest.raises(TrackdynError, match="1 rows will be tried again: out of m") if again else nullcontext():
         batch_jobs.main(job)

@@ -101,7 +101,7 @@ def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_fo
     assert locks and sorted((folder / ".snakemake" / "locks").iterdir()) == locks
     third = snakemake(folder)
     for line in third.stdout:
-        if "another process writes these results; waiting for its end" in line:
+        if "another process writes these results; waiting until it ends" in line:
             break
     assert len(jobs(folder, 1)) == 1
     (folder / "go").touch()

@@ -1,4 +1,4 @@
-"""The ``trackdyn`` command: every command by name, and how each of them ends."""
+"""The ``trackdyn`` command: its subcommands, and the messages of their errors."""
 
 import os
 import sys
@@ -12,10 +12,10 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options
-from trackdyn.commands.compare import compare
-from trackdyn.commands.records import export, show
-from trackdyn.commands.rig import check, new, rigs
-from trackdyn.commands.runs import simulate
+from trackdyn.commands.field_tests import compare
+from trackdyn.commands.recordings import export, show
+from trackdyn.commands.rig_files import check, new, rigs
+from trackdyn.commands.scenes import simulate
 from trackdyn.commands.studies import ring, sweep
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing
@@ -32,20 +32,20 @@ class _Command(typer.core.TyperCommand):
 
 
 class _Completed(_Command):
-    """A command whose options are made where they are asked for, since that takes a second."""
+    """A command whose options are created at first use, since that takes a second."""
 
     completed = False
 
     def get_params(self, ctx: typer.Context) -> list[Any]:
         if not self.completed:
-            alone = typer.Typer(add_completion=False)
-            alone.command()(unwrap(self.callback, stop=lambda function: hasattr(function, "complete")).complete())
-            full = typer.main.get_command(alone)
+            single = typer.Typer(add_completion=False)
+            single.command()(unwrap(self.callback, stop=lambda function: hasattr(function, "complete")).complete())
+            full = typer.main.get_command(single)
             self.params, self.callback, self.completed = full.params, full.callback, True
         return super().get_params(ctx)
 
 
-# rich takes twice as long to load as all else that a help needs
+# rich would triple the time to load the help
 app = typer.Typer(
     rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
@@ -61,11 +61,11 @@ _add(COMMANDS)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
         _add(others.load())
-    except Exception as error:  # whatever a broken package raises: its commands are missing, all others work
+    except Exception as error:  # a broken package may raise anything: its commands are missing, all others work
         print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
 
 
-def _say_version(requested: bool) -> None:
+def _print_version(requested: bool) -> None:
     if requested:
         typer.echo(f"trackdyn {__version__}")
         raise typer.Exit
@@ -74,23 +74,23 @@ def _say_version(requested: bool) -> None:
 @app.callback()
 def trackdyn(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and exit.", callback=_say_version, is_eager=True)
+        bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """Simulate a track drive, compare it with a sensor, choose its rubber ring."""
 
 
 def _sentence(error) -> str:
-    """Typer's objection to a command line, with the command whose help shows more."""
+    """Return typer's message on a command line, with the command whose help has more."""
     context = getattr(error, "ctx", None)
-    # typer prints the help of a group without a command, and says no more
+    # typer prints the help of a group without a command, and has no message
     words = "Missing command" if type(error).__name__ == "NoArgsIsHelpError" else error.format_message()
     command = "trackdyn" if context is None else context.command_path
     return f"{' '.join(words.split()).rstrip('.')}; see {command} --help"
 
 
 def main() -> None:
-    """Entry point: a user's mistake ends in one sentence and exit code 1."""
+    """Run the command; an error of the user ends in one sentence and exit code 1."""
     warnings.showwarning = lambda message, *_: print(f"trackdyn: warning: {message}", file=sys.stderr)
     try:
         app(standalone_mode=False, prog_name="trackdyn")
@@ -106,7 +106,7 @@ def main() -> None:
     except MemoryError:
         sentence = "out of memory; use a shorter duration or fewer pitches"
     except OSError as error:
-        if error.filename is None:  # standard output is closed or full: nothing more goes there
+        if error.filename is None:  # standard output is closed or full
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         path = error.filename or "standard output"
         sentence = f"{path}: {error.strerror}; give a path that can be written"
@@ -114,9 +114,9 @@ def main() -> None:
             sentence = "the present folder does not exist any more; change to another one"
     except Exception as error:
         threads = os.environ.get("NUMBA_NUM_THREADS", "1")
-        if hasattr(error, "format_message"):  # typer's own, whichever module it stands in
+        if hasattr(error, "format_message"):  # of typer, whichever module defines it
             sentence = _sentence(error)
-        elif isinstance(error, ValueError) and not threads.strip("0").isdecimal():  # of numba, when it is imported
+        elif isinstance(error, ValueError) and not threads.strip("0").isdecimal():  # of numba, at its import
             sentence = f"NUMBA_NUM_THREADS = {threads!r}: must be a whole number above 0; set it so, or unset it"
         else:
             raise

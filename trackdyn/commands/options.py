@@ -1,4 +1,4 @@
-"""Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
+"""Options of several commands, and their parsers, which refuse invalid values before a command begins."""
 
 import os
 import re
@@ -22,14 +22,14 @@ DEFAULT_RIG = "paper"
 
 @dataclass(frozen=True)
 class Ring:
-    """The rubber ring that an option asks for: its radius in m, or None for no ring."""
+    """Rubber ring of an option: its radius in m, or None for no ring."""
 
     radius: float | None
 
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
-    """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
-    from trackdyn.inputs.validation import parse_number as parse  # with what help does without
+    """Parse a finite number; ``name`` is the option. Raises `InputError`: the text is no number."""
+    from trackdyn.inputs.validation import parse_number as parse  # imports libraries that help does not need
 
     with suppress(ValueError):
         if isfinite(number := parse(text)):
@@ -37,9 +37,14 @@ def parse_number(name: str, text: str | float, accepted: str = "must be a finite
     raise InputError(f"{name} = {shown(text)}: {accepted}")
 
 
+def parsed(name: str, parser: Callable, metavar: str, help: str) -> Any:
+    """Return an option whose value ``parser`` makes of its text."""
+    return typer.Option(name, parser=parser, metavar=metavar, help=help)
+
+
 def number(name: str, help: str) -> Any:
-    """Option of a finite number."""
-    return typer.Option(name, parser=lambda text: parse_number(name, text), metavar="NUMBER", help=help)
+    """Return an option of a finite number."""
+    return parsed(name, lambda text: parse_number(name, text), "NUMBER", help)
 
 
 def _parse_ring(text: str) -> Ring:
@@ -48,7 +53,7 @@ def _parse_ring(text: str) -> Ring:
 
 
 def share_parser(name: str, example: str, whole: bool = False) -> Callable[[str | float], float]:
-    """Parser of ``2%``, ``0.02`` or 0.02 as a share between 0 and 1, which ``whole`` allows; else `InputError`."""
+    """Return a parser of ``2%``, ``0.02`` or 0.02 as a share between 0 and 1 (1 included if ``whole``)."""
 
     def parse(text: str | float) -> float:
         number, percent = str(text).strip().removesuffix("%"), str(text).strip().endswith("%")
@@ -72,19 +77,19 @@ def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], P
 
 
 def file_argument(help: str, *endings: str) -> Any:
-    """Argument OUT: a file to write with one of some endings."""
+    """Return the argument OUT, a file to write with one of some endings."""
     return typer.Argument(parser=_parse_file("OUT", endings), metavar="OUT", help=f"{help} ({', '.join(endings)}).")
 
 
 def file_option(name: str, help: str, *endings: str) -> Any:
-    """Option of a file to write with one of some endings."""
-    return typer.Option(name, parser=_parse_file(name, endings), metavar="FILE", help=f"{help} ({', '.join(endings)}).")
+    """Return an option of a file to write with one of some endings."""
+    return parsed(name, _parse_file(name, endings), "FILE", f"{help} ({', '.join(endings)}).")
 
 
 def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0) -> None:
-    """Refuse (`InputError`) what a command must not write: its input, no plain file, a file that would be lost.
+    """Refuse (`InputError`) an output file that is an input, cannot be written, or exists.
 
-    That is one that exists, unless it `is_own`, or ``overwrite`` asks for it. ``size`` (bytes) must be free.
+    An existing file may be replaced with ``overwrite``, or if it `is_own`. ``size`` (bytes) must be free.
     """
     for file in inputs:
         if isinstance(file, Path | str) and os.path.realpath(file) == os.path.realpath(path):
@@ -95,7 +100,7 @@ def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0)
 
 
 def _rigs(incomplete: str) -> list[str]:
-    """Return included rigs for the completion of a shell, which goes on with files where none begins so."""
+    """Return included rigs for the completion of a shell, which offers files if none matches."""
     from trackdyn.rig.rig_file import shipped_rigs
 
     return [name for name in shipped_rigs() if name.startswith(incomplete)]
@@ -109,24 +114,13 @@ _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
 RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help=_RIG, autocompletion=_rigs)]
 RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG, autocompletion=_rigs)]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
-RingRadius = Annotated[
-    Ring | None,
-    typer.Option(
-        "--ring-radius",
-        parser=_parse_ring,
-        metavar="NUMBER|none",
-        help="Radius of the rubber ring in m, or none; the rig's by default.",
-    ),
-]
+_RING = "Radius of the rubber ring in m, or none; the rig's by default."
+RingRadius = Annotated[Ring | None, parsed("--ring-radius", _parse_ring, "NUMBER|none", _RING)]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
+_SHARE = "2% or 0.02"
 Tolerance = Annotated[
     float | None,
-    typer.Option(
-        "--tolerance",
-        parser=share_parser("--tolerance", "2% or 0.02"),
-        metavar="SHARE",
-        help="Error of a measure, such as 2% or 0.02.",
-    ),
+    parsed("--tolerance", share_parser("--tolerance", _SHARE), "SHARE", f"Error of a measure, such as {_SHARE}."),
 ]
 Measures = Annotated[
     list[str] | None,
@@ -165,7 +159,7 @@ Choose = Annotated[
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 
 
-IRREGULAR = {"axes": "axis", "pitches": "pitch"}  # fields that an option gives one by one
+IRREGULAR = {"axes": "axis", "pitches": "pitch"}  # fields of repeatable options
 
 
 def option_of(field: str) -> str:
@@ -173,7 +167,7 @@ def option_of(field: str) -> str:
 
 
 def as_options(sentence: str) -> str:
-    """A sentence with options in place of the fields that it names as YAML between backquotes, such as `step: 1e-4`."""
+    """Replace fields that a sentence names as YAML between backquotes, such as `step: 1e-4`, by options."""
     return re.sub(r"`(\w+: [^`]+)`", lambda field: _words(field[1]), sentence)
 
 
@@ -182,7 +176,7 @@ def _words(fields: str) -> str:
 
     try:
         content = yaml.safe_load(f"{{{fields}}}")
-    except yaml.YAMLError:  # the name of a column may look like fields
+    except yaml.YAMLError:  # a name of a column that looks like fields
         return f"`{fields}`"
     words = []
     for name, value in content.items():
@@ -193,7 +187,7 @@ def _words(fields: str) -> str:
 
 
 def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:
-    """Fields of a scene that options state. Raises `InputError`: a choice of fidelity is none."""
+    """Return the fields of a scene that options state. Raises `InputError`: a choice of fidelity is unknown."""
     from trackdyn.scene.choices import CHOICES
 
     fields: dict[str, Any] = {} if ring is None else {"ring_radius": ring.radius}

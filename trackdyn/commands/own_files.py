@@ -1,9 +1,8 @@
-"""Which files a command may replace: those that it wrote itself from the same inputs, and that nobody edited since.
+"""Files that a command may replace: those that it wrote from the same inputs, unless they were edited since.
 
-Each file that is written has a note in the cache folder, named by the file's path behind all links. The note is written
-just before the file takes its name, and knows the content before and after: a command that is stopped in between may
-replace either. An input is the same if its path, behind all links, or its content is: a file may be edited and used
-again, or moved.
+Every file written has a note in the cache folder, named by the file's resolved path. The note is written just before
+the file gets its name, and has the hashes of the old and the new content, so that an interrupted command may replace
+either. An input is the same if its resolved path or its content is: a file may be edited and used again, or moved.
 """
 
 import hashlib
@@ -16,14 +15,14 @@ from pathlib import Path
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import before_replacing, write_text
 
-# a file; a setting that counts, one value or several that mean the same; nothing
+# a file; equivalent values of a setting; None
 Input = Path | str | tuple | None
 
 
 def is_own(path: Path, inputs: Iterable[Input]) -> bool:
-    """Return whether a file is as it was written, from these inputs."""
+    """Return whether a file is unchanged since it was written from these inputs."""
     present = [_identities(item) for item in inputs]
-    with suppress(OSError, ValueError, KeyError, TypeError):  # no note, other inputs in number, or a damaged note
+    with suppress(OSError, ValueError, KeyError, TypeError):  # no note, another number of inputs, or a damaged note
         note = json.loads(_note_of(path).read_text(encoding="utf-8"))
         same = all(set(old) & set(new) for old, new in zip(note["inputs"], present, strict=True))
         return same and _hash(path) in note["contents"]
@@ -32,14 +31,14 @@ def is_own(path: Path, inputs: Iterable[Input]) -> bool:
 
 @contextmanager
 def noting(inputs: Iterable[Input], *paths: Path) -> Iterator[None]:
-    """Note these files, as they are written inside, as made from ``inputs``."""
+    """Note that files which are written in this context are made from ``inputs``."""
     identities = [_identities(item) for item in inputs]
     targets = {os.path.realpath(path) for path in paths}
 
     def note(complete: Path, target: Path) -> None:
         if str(target) in targets:
             contents = [_hash(file) for file in (complete, target) if file.is_file()]
-            # a cache that cannot be written: the next time the user is asked
+            # without a cache the user must ask for the replacement next time
             with suppress(InputError):
                 write_text(_note_of(target), json.dumps({"contents": contents, "inputs": identities}))
 
@@ -48,11 +47,11 @@ def noting(inputs: Iterable[Input], *paths: Path) -> Iterator[None]:
 
 
 def _identities(item: Input) -> list[str]:
-    """Return what an input may be known by."""
+    """Return the identities of an input: values of a setting; path and hash of a file."""
     if not isinstance(item, Path | str):
         return [repr(value) for value in item or ("none",)]
     path, identities = Path(item), [os.path.realpath(item)]
-    with suppress(OSError):  # whoever reads it says why it cannot be read
+    with suppress(OSError):  # reported when it is read
         if path.is_file():
             identities.append(_hash(path))
     return identities

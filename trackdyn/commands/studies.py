@@ -1,4 +1,4 @@
-"""The commands of many runs: ``trackdyn ring`` and ``sweep``."""
+"""Commands of many runs: ``trackdyn ring`` and ``sweep``."""
 
 import re
 import shlex
@@ -23,14 +23,14 @@ PICTURES = ("force", "fig23_a", "fig23_b", "fig24", "sliding")
 PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
 CAPTIONS = {  # of the pictures on the page
     "force": "Largest force of a tooth and of a link on the ring in a passage: with every ring, and without one",
-    "fig24": "How long the arcs of a connector touch a tooth, and a link the ring",
+    "fig24": "Contact durations of the arcs of a connector with the teeth, and of a link with the ring",
     "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
     "sliding": "Friction work on the teeth and on the ring in a turn of the sprocket",
 }
 
 
 def _parse_wear(text: str | float) -> float:
-    """``2mm`` or ``0.002m`` in m. Raises `InputError`: it is no length from 0 on."""
+    """Parse ``2mm`` or ``0.002m``, return m. Raises `InputError`: it is no length from 0 on."""
     number, unit = re.fullmatch(r"\s*(.*?)\s*(mm|m|)\s*", str(text)).groups()
     accepted = "must be a length from 0 on with its unit, such as 2mm"
     length = options.parse_number("--wear", number, accepted) * (1e-3 if unit == "mm" else 1.0)
@@ -58,15 +58,16 @@ def ring(
     ] = None,
     tooth_force: Annotated[
         float,
-        typer.Option(
-            parser=options.share_parser("--tooth-force", "0.5 or 50%", whole=True),
-            metavar="SHARE",
-            help="Largest force of a tooth that is allowed, as a share of that without a ring.",
+        options.parsed(
+            "--tooth-force",
+            options.share_parser("--tooth-force", "0.5 or 50%", whole=True),
+            "SHARE",
+            "Largest force of a tooth that is allowed, as a share of that without a ring.",
         ),
     ] = 0.5,
     wear: Annotated[
         float,
-        typer.Option(parser=_parse_wear, metavar="LENGTH", help="Wear that the ring must allow, such as 2mm."),
+        options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm."),
     ] = 0.0,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,
@@ -74,12 +75,12 @@ def ring(
 ) -> None:
     """Recommend a ring for all speeds.
 
-    Every radius, and no ring, is run at every speed. The ring to choose is the smallest with which a tooth bears at
-    most half of what it does without a ring. The gaps around the choice are refined. The same command resumes a study
+    Every radius, and no ring, is run at every speed. The recommended ring is the smallest with which the largest force
+    of a tooth is at most half of that without a ring. The gaps around it are refined. The same command resumes a study
     that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and sliding (.png,
     .svg), and the stored rows.
 
-    Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
+    Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and recommends one for both.
     """
     from trackdyn.measure.ring_advice import advice, compared
     from trackdyn.measure.ring_rule import DurationRule, RingRule
@@ -93,7 +94,7 @@ def ring(
     judge, durations = RingRule(tooth_force, wear), DurationRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
-    # the radii of a rig are another word for those that they are now, and follow it when it is edited
+    # the default radii follow the rig when it is edited
     inputs = rig_path(rig), (sorted(set(speeds)),), (rings, *(["default"] if radii is None else [])), (steps,)
     outputs = [out / name for name in ("ring.csv", "ring.html", *PICTURE_FILES)]
     replaced = _set_aside(out, outputs, str(judge), speeds, rings, inputs)
@@ -143,7 +144,7 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
 
 
 def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, rings: list, inputs: tuple) -> str:
-    """Return a sentence on the study in a folder if its choice is by another rule, or nothing.
+    """Return a sentence on the study in a folder if its choice is by another rule, otherwise an empty one.
 
     Files of the same study by the rule of an earlier version, which left no notes (`own_files`), go to `FORMER`.
     """
@@ -159,23 +160,23 @@ def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, rings: l
         same = [sorted(set(speeds)), sorted(rings)] == [
             sorted(requested[name].dropna().unique()) for name in ("rpm", "ring_radius_m")
         ]
-    except (OSError, ValueError, KeyError):  # nothing there, or no study
+    except (OSError, ValueError, KeyError):  # no study
         return ""
     if before == rule or not same:
         return ""
     others = [path for path in outputs if path.exists() and not is_own(path, inputs)]
-    kept = ""
+    moved = ""
     if others and before.startswith("right_share_pct"):
         (out / FORMER).mkdir(exist_ok=True)
         if not any((out / FORMER / path.name).exists() for path in others):
             for path in others:
                 path.replace(out / FORMER / path.name)
-            kept = f"; its files are kept in {out / FORMER}"
-    return f"the choice in {out} was by another rule ({before}) and is replaced; rows are used again{kept}"
+            moved = f"; its files are kept in {out / FORMER}"
+    return f"the choice in {out} was by another rule ({before}) and is replaced; rows are used again{moved}"
 
 
 def _check_meshing(study: "pd.DataFrame") -> None:
-    """Refuse (`InputError`) speeds at which nothing touches a tooth without a ring."""
+    """Refuse (`InputError`) speeds at which no connector touches a tooth without a ring."""
     from trackdyn.sweeps.engine import DONE
 
     bare = study[study["ring_radius_m"].isna() & (study["state"] == DONE)]
@@ -187,7 +188,7 @@ def _check_meshing(study: "pd.DataFrame") -> None:
 
 
 def _numbers(text: str, option: str) -> list[float]:
-    """The numbers of ``a,b,c``, or of ``low:high:count``, both ends included."""
+    """Parse the numbers of ``a,b,c``, or of ``low:high:count``, both ends included."""
     import numpy as np
 
     accepted = f"must be finite numbers, such as {'115,210' if option == '--rpm' else '0.303,0.308 or 0.303:0.313:11'}"
@@ -200,7 +201,7 @@ def _numbers(text: str, option: str) -> list[float]:
 
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
-    """Sentences on runs without a result, or with one that is less certain."""
+    """Return sentences on runs without a result, or with an uncertain one."""
     from trackdyn.scene.scene import StopRule
 
     rule = StopRule()
@@ -211,18 +212,18 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
         runs = f"{len(lost)} of {len(study)} runs have no result, the first at {first['rpm']:g} rpm, {ring}"
         notes.append(f"{runs}: {first['reason']}")
     if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
-        known = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
-        notes.append(f"{short} runs ended before contacts were known to {known}")
+        limits = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
+        notes.append(f"{short} runs ended before contact durations converged to {limits}")
     if rough := int((study["resolved"] == "no").sum()):
-        finer = f"ask for a smaller one, such as --step {study['step_s'].min() / 2:.3g}"
+        finer = f"use a smaller one, such as --step {study['step_s'].min() / 2:.3g}"
         notes.append(f"the step does not resolve the contacts of {rough} runs; {finer}")
     if rig.ring_radius is None:
-        notes.append("this rig has no ring: one is assumed, with the stiffness and friction of ring_contact")
+        notes.append("this rig has no ring: a ring with the stiffness and friction of ring_contact is assumed")
     return notes
 
 
 def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
-    """Rows of the page on the rings that the advice names: forces, work, tension, power and contact durations."""
+    """Return rows of the page on the rings of the advice: forces, work, tension, power and contact durations."""
     from trackdyn.measure.cells import significant
     from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
@@ -277,6 +278,6 @@ def sweep(
         first = results.iloc[failed[0] - 1]
         named = f" ({first['name']})" if "name" in results else ""
         raise InputError(
-            f"{out}: {len(failed)} rows failed for reasons that may pass and stand there, the first in row {failed[0]}"
+            f"{out}: {len(failed)} rows failed for reasons that may pass, the first of them row {failed[0]}"
             f"{named}: {first['reason']}; the same command tries them again"
         )

@@ -14,9 +14,9 @@ from trackdyn.inputs.errors import InputError, naming
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.catalogue import ACCELERATION
 from trackdyn.measure.cells import significant
-from trackdyn.measure.metrics import whole_errors
+from trackdyn.measure.estimators import Sensed
+from trackdyn.measure.metrics import total_errors
 from trackdyn.measure.sensor import SensorSignal, measured_loop_hz, sense
-from trackdyn.measure.taken import Sensed
 from trackdyn.measure.uncertainty import student, welch_degrees
 from trackdyn.simulation.recording import Recording
 
@@ -82,7 +82,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     DataFrame
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
         values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with
-        what its step adds (`measure.metrics.whole_errors`); what the simulation is above the sensor, in percent of the
+        what its step adds (`measure.metrics.total_errors`); what the simulation is above the sensor, in percent of the
         sensor's value and in standard errors of the difference; and from how many of these on it is more than
         scatter, by Student's factor of 95 % for the turns that there are (Welch). Rows of the line are left out where a
         record holds fewer than two turns of the loop; all that gravity is part of, where it is missing in the sensor's
@@ -113,7 +113,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
         columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
         degrees[side] = [0, 0, *(sensed.degrees(measure.column) for measure in measures)]
-    table, whole = pd.DataFrame(columns), whole_errors(recording.scene)
+    table, whole = pd.DataFrame(columns), total_errors(recording.scene)
     parts = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
     parts = list(zip(*parts, strict=True))
     simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)

@@ -1,6 +1,6 @@
-"""Every measure once: its columns, unit, words, kind, how it is taken, and what the step adds. All else reads it."""
+"""Catalogue of measures: columns, unit, description, kind and estimators of each; all other modules read it."""
 
-# no library that computes: commands list measures in their help
+# no numerical library: commands list measures in their help
 from math import nan
 from typing import Any, Literal, NamedTuple
 
@@ -9,34 +9,34 @@ class Measure(NamedTuple):
     """A column of a run; one with a name is a measure of tolerances and studies, too."""
 
     column: str  # of `metrics.run_metrics`
-    error: str  # column of the standard error, or why there is none
+    error: str  # column of the standard error, or the reason why there is none
     unit: str
-    text: str  # what it is; empty: it is a row of a comparison alone
-    # what its tolerances and errors are relative to: the value, a turn of the sprocket, nothing
+    text: str  # description; empty: only a row of a comparison
+    # reference of its tolerances and errors: the value, a turn of the sprocket, none
     kind: Literal["relative", "turns", "phase", "absolute"] = "relative"
     name: str = ""
     words: str = ""  # of the name, as a heading
     short: str = ""  # of its error, in a narrow table
-    # how it is taken: a function, or None
-    sensed: Any = None  # of a sensor's record (`taken.Sensed`): value and standard error
-    series: Any = None  # of every link as a sensor (`whole_loop.Links`): a `Series`, or None without values
-    # of rows of a side (`taken.contact_series`): values whose mean it is, the largest where it has no standard error
+    # estimators, or None
+    sensed: Any = None  # from a sensor's record (`estimators.Sensed`): value and standard error
+    series: Any = None  # from every link as a sensor (`whole_loop.Links`): a `Series`, or None without values
+    # from rows of a side (`estimators.contact_series`): values whose mean it is, or maximum without a standard error
     visits: Any = None
-    root: bool = False  # the root of this mean
+    root: bool = False  # it is the root of this mean
     shown: bool = False  # printed with a run
     compared: bool = False  # with a sensor's record
 
     @property
     def has_error(self) -> bool:
-        """Whether it has a standard error."""
+        """True if it has a standard error."""
         return " " not in self.error
 
     def size(self, value: float) -> float:
-        """What an error is relative to: the value, or nothing where it is a share of a turn or a phase."""
+        """Return the reference of an error: the value, or 1 for a share of a turn or a phase."""
         return 1.0 if self.kind in ("turns", "phase") else abs(value)
 
     @property
-    def said_unit(self) -> str:
+    def text_unit(self) -> str:
         """Unit of its value in a sentence."""
         return "% of a turn" if self.kind == "turns" else self.unit.removeprefix("1")
 
@@ -70,7 +70,7 @@ ACCELERATION = (
 
 
 def _of(side: str, heading: str, sentence: str) -> tuple[Measure, ...]:
-    """Measures of a side of the sprocket, by their values in passages (`taken.meshing_summary`)."""
+    """Return the measures of a side of the sprocket, by their values in passages (`estimators.meshing_summary`)."""
     return (
         Measure(f"{side}_share_pct", f"{side}_share_error_pct", "%",
                 f"contact duration of {sentence}, % of a sprocket turn, mean over passages", "turns",
@@ -116,17 +116,17 @@ OTHERS = (
             name="energy_residual", words="residual of the energy balance"),
 )  # fmt: skip
 CATALOGUE = (*ACCELERATION, *(measure for sides in zip(*OF_SIDES.values(), strict=True) for measure in sides), *OTHERS)
-SCALES = {"turns": 100.0, "absolute": 1.0}  # that tolerances of a kind refer to; else the value
+SCALES = {"turns": 100.0, "absolute": 1.0}  # references of tolerances by kind; of others the value
 BY_COLUMN = {measure.column: measure for measure in CATALOGUE}
 NAMED = {measure.name: measure for measure in CATALOGUE if measure.name}
 RELATIVE, SHARES, ABSOLUTE = (
     tuple(name for name, measure in NAMED.items() if measure.kind == kind) for kind in ("relative", "turns", "absolute")
 )
-# measures that a tolerance can be asked of: those that every link gives
+# measures that can have a tolerance: those of every link
 TOLERATED = tuple(name for name in RELATIVE + SHARES if NAMED[name].series)
-SENSED = tuple(name for name in TOLERATED if NAMED[name].sensed)  # those of the acceleration
+SENSED = tuple(name for name in TOLERATED if NAMED[name].sensed)  # measures of the acceleration
 
 
 def scale_of(name: str, value: float) -> float:
-    """Size that a tolerance refers to: a turn of the sprocket (shares are in %), or that of a value; NaN for 0."""
+    """Return the reference of a tolerance: a turn of the sprocket (shares are in %), or a size; NaN for 0."""
     return SCALES.get(NAMED[name].kind) or abs(value) or nan

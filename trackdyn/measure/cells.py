@@ -1,4 +1,4 @@
-"""Cells of the page's tables as text."""
+"""Cells of tables as text."""
 
 from collections.abc import Sequence
 from math import floor, log10
@@ -10,9 +10,9 @@ from trackdyn.measure.uncertainty import ROUNDING
 
 
 def significant(value, digits: int = 3) -> str:
-    """A cell as text: so many significant digits, zeros among them; an exponent for the very small and large only.
+    """Format a cell with significant digits, trailing zeros included, and an exponent for very small and large numbers.
 
-    Numbers that need fewer digits have no more, whole numbers keep theirs, text stays as it is, nothing is a dash.
+    Numbers that need fewer digits have no more, whole numbers keep theirs, text is unchanged, None is a dash.
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
@@ -30,18 +30,18 @@ def significant(value, digits: int = 3) -> str:
 
 
 def cell(value, digits: int = 3) -> str:
-    """A cell as text (`significant`), with a proper minus."""
+    """Format a cell (`significant`) with a proper minus."""
     text = significant(value, digits)
     return text.replace("-", "\N{MINUS SIGN}") if isinstance(value, float) else text
 
 
 def plain(text: str) -> str:
-    """A cell in the characters of every terminal."""
+    """Replace the characters of a cell that a terminal may lack."""
     return text.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-").replace("\N{EN DASH}", "-")
 
 
 def with_error(value: float | None, error: float | None) -> str:
-    """A value as far as its error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
+    """Format a value to the decimals of its error, which has two digits, up to eight: 44.2511 ± 0.0013."""
     if value is None or error is None or not error > ROUNDING * abs(value):
         return cell(value)
     decimals = min(8, max(0, 1 - floor(log10(error))))
@@ -53,4 +53,4 @@ def listed(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
-FILTERS = {made.__name__: made for made in (cell, groups, heading, words)}  # by which templates write cells
+FILTERS = {function.__name__: function for function in (cell, groups, heading, words)}  # of templates

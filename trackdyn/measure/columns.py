@@ -1,6 +1,4 @@
-"""The dictionary of columns (``columns.yaml``): type, unit and meaning of those of published CSV files, which the
-glossary lists, and words and units of all columns that tables, page and figures show.
-"""
+"""Dictionary of columns (``columns.yaml``): type, unit and meaning in published CSV files, headings elsewhere."""
 
 import re
 from itertools import groupby
@@ -13,8 +11,8 @@ from trackdyn.model.arrays import SIDE_WORDS, SIDES
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))
-SHOWN = (*(measure.column for measure in CATALOGUE if measure.shown), *_DICTIONARY["shown"])  # that a run prints
-# columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
+SHOWN = (*(measure.column for measure in CATALOGUE if measure.shown), *_DICTIONARY["shown"])  # printed with a run
+# columns of metrics.csv: type, unit, description, standard error or the reason why there is none (None for errors)
 METRIC_COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
 for _measure in CATALOGUE:
     if _measure.text:
@@ -29,24 +27,24 @@ TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY
 
 
 def described(name: str) -> tuple[str, str, str, str | None]:
-    """Type, unit, description and standard error of a column of metrics.csv; `InputError` if it is not described."""
+    """Return type, unit, description and standard error of a column of metrics.csv; `InputError` if it has none."""
     if name not in METRIC_COLUMNS:
         raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
     return METRIC_COLUMNS[name]
 
 
 def error_of(name: str) -> str | None:
-    """Column of a column's standard error, or why it has none; None for an error."""
+    """Return the column of a column's standard error, or the reason why it has none; None for an error."""
     return described(name)[3]
 
 
 def words(name: str) -> str:
-    """A name of the program in words: ``ten_arcs`` becomes ``ten arcs``."""
+    """Replace names of the program by words: ``ten_arcs`` becomes ``ten arcs``."""
     return WORDS.get(name) or re.sub(r"\w+", lambda match: WORDS.get(match[0], match[0]), name.replace("_", " "))
 
 
 def heading(column: str, change: bool = False) -> str:
-    """Name of a column in words with its unit in brackets; ``change`` if measures of it are differences."""
+    """Return the heading of a column with its unit in brackets; ``change`` if its values are differences."""
     side, _, rest = column.partition("_")
     if column in HEADINGS:
         return HEADINGS[column]
@@ -65,6 +63,6 @@ def heading(column: str, change: bool = False) -> str:
 
 
 def groups(columns) -> list[tuple[str, int]]:
-    """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
+    """Group the columns of a table: first words that three or more neighbours share (else ""), and their counts."""
     runs = [(first, len(list(run))) for first, run in groupby(column.partition("_")[0] for column in columns)]
     return [group for first, n in runs for group in ([(first, n)] if n > 2 else [("", 1)] * n)]

@@ -1,12 +1,12 @@
-"""Contacts with the sprocket (Sect. 6): intervals, passages, and what is measured on them.
+"""Contacts with the sprocket (Sect. 6): intervals, passages, and their statistics.
 
-A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
+A *passage* is the path of a connector around the sprocket: all contacts of its two arcs with the teeth, and of the
 adjacent link ahead of it with the ring. That link is pressed on the ring about half a pitch before the connector meets
-its groove, and leaves it as much earlier, as the printed times have it (ring 4.05 to 5.48 s, left arc until 5.56 s);
-the link behind would touch first and leave last. Phases count from the first contact of any kind of a passage, in turns
-of the sprocket. Statistics are taken over complete passages: a record of no whole number of loop revolutions would
-weigh contact and free running wrongly. A share is a mean over passages, a mean over a run the sum over passages divided
-by their number and by the time of a revolution.
+its groove, and leaves it as much earlier, in agreement with the printed times (ring 4.05 to 5.48 s, left arc until
+5.56 s); the link behind would touch first and leave last. Phases count from the first contact of a passage, in turns of
+the sprocket. Statistics are over complete passages: a record of no whole number of loop revolutions would give contact
+and free running wrong weights. A share is a mean over passages; a mean over a run is the sum over passages divided by
+their number and by the time of a revolution.
 """
 
 from typing import TYPE_CHECKING
@@ -21,12 +21,12 @@ from trackdyn.simulation.recording import Recording
 if TYPE_CHECKING:
     import pandas as pd  # imported where tables are made: it takes longer than to load all kernels
 
-# Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
-# gap does not separate two contacts; a shorter contact gives no printed time. Its force counts like any other: an
-# impact that rebounds after 0.65 ms may be the largest of a passage.
+# Turns of the sprocket: 0.01 s, the resolution of the paper's times, of the 2.906 s of a turn at 115 rpm. Shorter gaps
+# do not separate contacts; shorter contacts give no times. Their forces count like any other: an impact that rebounds
+# after 0.65 ms may be the largest of a passage.
 SHORT = 0.01 / 2.906
-# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
-# leaves the sprocket after about half a turn. Passages nearer to an end of the record may be incomplete.
+# Longest contact of a passage and longest pause in it, turns of the sprocket: the chain leaves the sprocket after about
+# half a turn. Passages nearer to an end of the record may be incomplete.
 LONGEST_CONTACT = 2 / 3
 # turns of the sprocket from the first to the last contact of a passage
 PASSAGE = 0.6
@@ -36,19 +36,18 @@ INTEGRALS = ("impulse_ns", "square_n2s")
 
 
 def contacts(recording: Recording) -> dict[str, np.ndarray]:
-    """Uninterrupted contacts with the sprocket that began and ended within the record, by connector and start.
+    """Return the contacts with the sprocket that began and ended within the record, sorted by connector and start.
 
-    Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter). Those that the beginning
-    of the record cuts are dropped; those still open at its end are not logged.
-    Returned are (k,) arrays by name:
+    Contacts of the same pitch, side and groove less than `SHORT` apart are merged (chatter). Those that began before
+    the record are dropped; those still open at its end are not logged. The (k,) arrays are, by name:
 
-    - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: whose passage it belongs to,
-      the one behind for a link; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
+    - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: of the passage, for a link
+      the one behind; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
     - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps
-    - ``lasting``: whether it is not short (`SHORT`); ``phase_start, phase_end``: turns since the first lasting contact
-      of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
-      that the record may cut
-    - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of force and its square
+    - ``lasting``: true if not shorter than `SHORT`; ``phase_start, phase_end``: turns since the first lasting contact
+      of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for
+      passages that the record may cut
+    - ``peak_n, peak_s``: largest force and its time; ``impulse_ns, square_n2s``: integrals of force and its square
     """
     short = SHORT * recording.periods.turn
     rows = _merged(recording, short)
@@ -64,21 +63,21 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def gathered(reduce: np.ufunc, values, index: tuple[np.ndarray, ...], shape: tuple[int, ...], empty=0.0) -> np.ndarray:
-    """Values joined by a function of two, such as ``np.add``, at their indices in a new array; ``empty`` elsewhere."""
+    """Reduce values of equal index by a ufunc, such as ``np.add``, into a new array; ``empty`` without values."""
     array = np.full(shape, empty)
     reduce.at(array, index, values)
     return array
 
 
 def first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Index of the largest value of every group, the first one of equals."""
+    """Return the index of the largest value of every group, the first of equal ones."""
     order = np.lexsort((-values, group))
     return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
 
 
 def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
-    # a contact that lasted already is logged from the first step of the record on
+    """Return the columns of the log with cut contacts removed, chatter merged, times since the record's beginning."""
+    # contacts that began earlier are logged from the first step of the record on
     begin = recording.begin + 1.5 * recording.scene.time_step
     begun = recording.contact_log[recording.contact_log["start_s"] > begin]
     begun = begun[np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])]
@@ -100,10 +99,10 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
 
 
 def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the complete passage (or -1) and its first lasting contact (or NaN) of every row.
+    """Return the number of the complete passage (or -1) of every row, and its first lasting contact (or NaN).
 
-    Rows are sorted by connector and start. A pause of half of what a connector runs free in a loop revolution parts two
-    passages.
+    Rows are sorted by connector and start. Passages are separated by a pause of half the time that a connector runs
+    free in a loop revolution.
     """
     start, end, connector, period = rows["start_s"], rows["end_s"], rows["connector"], recording.periods
     if not len(start):
@@ -123,8 +122,7 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
     return number[group], np.where(number >= 0, began, NAN)[group]
 
 
-# From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
-TOUCHING = 0.5
+TOUCHING = 0.5  # least share of a turn, %, for a stopping criterion on the force
 PASSAGE_COLUMNS = [
     "passage", "connector", "side", "areas", "count", "start_s", "end_s", "touching_s", "share_pct", "phase_start",
     "phase_end", "peak_n", "highest_s", "peak_s", *INTEGRALS,
@@ -132,12 +130,12 @@ PASSAGE_COLUMNS = [
 
 
 def passages(recording: Recording) -> "pd.DataFrame":
-    """Complete passages: one row for each and side, with or without contact, in order of first contact.
+    """Return complete passages: one row per passage and side, with or without contact, in order of first contact.
 
-    Columns are ``PASSAGE_COLUMNS``: those of `contacts` and ``count`` of these. Sums, the largest force ``peak_n`` and
+    Columns are ``PASSAGE_COLUMNS``: those of `contacts`, and their ``count``. Sums, the largest force ``peak_n`` and
     its time ``highest_s`` are of all contacts; ``start_s``, ``end_s`` and ``peak_s``, the time of the largest force
-    among them, are of those that are not short (`SHORT`), as the paper prints times. Without contact sums and
-    ``peak_n`` are 0, times and phases NaN.
+    among them, are of lasting contacts, as the paper prints times. Without contact sums and ``peak_n`` are 0, times and
+    phases NaN.
     """
     import pandas as pd
 
@@ -146,7 +144,7 @@ def passages(recording: Recording) -> "pd.DataFrame":
 
 
 def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
-    """Columns of `passages` as (m, 3) arrays, sides as in `SIDES`."""
+    """Return the columns of `passages` as (m, 3) arrays, sides as in `SIDES`."""
     turn, rows = recording.periods.turn, contacts(recording)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number, lasting, connectors = rows["passage"], rows["lasting"], rows["connector"] + 1
@@ -171,7 +169,7 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def _times_of_highest(rows: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
-    """Times (m, 3) of the largest force of contacts by passage and side, s; NaN without one."""
+    """Return the (m, 3) times of the largest force of contacts by passage and side, s; NaN without contact."""
     times, entry = np.full(shape, NAN), (rows["passage"], rows["side"])
     highest = first_of_highest(rows["peak_n"], np.ravel_multi_index(entry, shape))
     times[entry[0][highest], entry[1][highest]] = rows["peak_s"][highest]
@@ -179,7 +177,7 @@ def _times_of_highest(rows: dict[str, np.ndarray], shape: tuple[int, ...]) -> np
 
 
 def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:
-    """(11,) time that pitches of a loop that turns are in each area, % of a turn of the sprocket per passage.
+    """Return the (11,) time that pitches of a running loop spend in each area, % of a sprocket turn per passage.
 
     ``area`` (s, p) by sample and pitch is 0 without contact.
     """

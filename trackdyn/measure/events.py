@@ -1,4 +1,4 @@
-"""Events of a passage (Sect. 6.1) and the largest force of every visit: when arcs and ring touch, peak and let go."""
+"""Events of a passage (Sect. 6.1): first contact, largest force and release of arcs and ring."""
 
 from collections.abc import Iterator
 
@@ -11,10 +11,10 @@ from trackdyn.measure.contacts import VISIT, contacts, passage_arrays
 from trackdyn.model.arrays import SIDES
 from trackdyn.simulation.recording import Recording
 
-LIKE_HEIGHT = 0.85  # of the largest force: within 15 %, the share below which an effect counts as practically none
-RESOLUTION = 0.01  # to which the paper prints the times of events, s
+LIKE_HEIGHT = 0.85  # of the largest force: within 15 %, the share below which an effect is practically none
+RESOLUTION = 0.01  # of the paper's times of events, s
 AFTER_TOUCH = "after the touch"
-FLIGHT = 0.1  # turns of the sprocket: longer than an arc flies after an impact that rebounds
+FLIGHT = 0.1  # turns of the sprocket: longer than the flight of an arc after an impact that rebounds
 EVENTS_WITHOUT_RING = {
     "first left": ("left", "start_s"),
     "first right": ("right", "start_s"),
@@ -34,11 +34,11 @@ EVENTS_WITH_RING = {
 
 
 def peaks(recording: Recording, side: str) -> pd.DataFrame:
-    """Largest force of every visit of an arc of one side to the sprocket, in order of release.
+    """Return the largest force of every visit of an arc of one side to the sprocket, in order of release.
 
-    All contacts count, however short. Visits that an end of the record may cut are left out: contacts that last then
-    are not logged, and what is left of such a visit may be an impact that rebounded. A table with ``end_s`` since the
-    beginning of the record and ``peak_n``.
+    The table has ``end_s`` since the beginning of the record, and ``peak_n``, over all contacts, however short. Visits
+    that an end of the record may cut are left out: contacts that are still open are not logged, and the rest of such a
+    visit may be an impact that rebounded.
     """
     rows, turn = pd.DataFrame(contacts(recording)), recording.periods.turn
     rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start_s"])
@@ -54,10 +54,10 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
 
 
 def passage_events(recording: Recording) -> pd.DataFrame:
-    """Times of the events of every complete passage (`passages`), in the order of C16 (no ring) or C17 (ring).
+    """Return the times of the events of every complete passage (`passages`), in the order of C16 or C17 (ring).
 
-    A row a passage, a column an event: s since the first contact of the passage, NaN for what does not happen. ``out``
-    is the last contact of either arc.
+    Rows are passages, columns events; times are s since the first contact of the passage, NaN if the event does not
+    occur. ``out`` is the last contact of either arc.
     """
     events = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
     table = passage_arrays(recording)
@@ -68,11 +68,10 @@ def passage_events(recording: Recording) -> pd.DataFrame:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Median, mean and standard deviation (1/(n-1)) of `passage_events` over the complete passages, then
-    `smoothed_maxima`.
+    """Return median, mean and standard deviation of `passage_events` over complete passages, then `smoothed_maxima`.
 
-    A table with ``event, median_s, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one
-    does.
+    The table has ``event, median_s, mean_s, sd_s`` (1/(n-1)) and the ``passages`` in which the event occurs; NaN for
+    too few.
     """
     return pd.concat([_over_passages(passage_events(recording)), smoothed_maxima(recording)], ignore_index=True)
 
@@ -83,13 +82,14 @@ def _over_passages(times: pd.DataFrame) -> pd.DataFrame:
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Median time of every event of `mean_events` after the first contact, s; NaN if never."""
+    """Return the median time of every event of `mean_events` after the first contact, s; NaN if it does not occur."""
     return mean_events(recording).set_index("event")["median_s"].to_dict()
 
 
 def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, int, np.ndarray]]:
-    """Side, first contact (s), touch of the side (s), samples, column of the record and mean over `RESOLUTION` of the
-    force (N) of every passage and side.
+    """Yield side, first contact (s), first contact of the side (s), samples, column of the record and force (N).
+
+    One item per passage and side; the force is the mean over `RESOLUTION`.
     """
     rig, width = recording.scene.rig, max(round(RESOLUTION * recording.rate), 1)
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
@@ -106,20 +106,20 @@ def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, in
 
 
 def smoothed_maxima(recording: Recording) -> pd.DataFrame:
-    """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
+    """Return times of the largest force without the spike of the first contact, by two definitions.
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
-    0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of what carries load, and
-    so do the samples of the record from so long after the touch of that side on. A table as of `mean_events` with the
-    ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
+    0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of the load, and so do the
+    samples of the record from `RESOLUTION` after the first contact of that side on. The table is that of `mean_events`,
+    of the recorded connectors, with the most frequent ``area`` of the groove (1 to 10; 0 on the ring).
     """
     times: dict[str, list[float]] = {}
     areas: dict[str, list[int]] = {}
     for i, first, touch, samples, column, smooth in _forces(recording):
         side, force = SIDES[i], recording.force[:, column, i]
         loaded = max(samples.start, int(np.searchsorted(recording.time, touch + RESOLUTION)))
-        readings = ((f"mean over {RESOLUTION:g} s", smooth, samples.start), (AFTER_TOUCH, force, loaded))
-        for name, values, begin in readings:
+        definitions = ((f"mean over {RESOLUTION:g} s", smooth, samples.start), (AFTER_TOUCH, force, loaded))
+        for name, values, begin in definitions:
             if begin < samples.stop:
                 highest = begin + np.argmax(values[begin : samples.stop])
                 event = f"{side} maximum, {name}"
@@ -130,11 +130,11 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
 
 
 def like_peaks(recording: Recording) -> pd.DataFrame:
-    """Peaks that are nearly the largest force of a side: further readings of when that force is largest.
+    """Return peaks that are nearly the largest force of a side: further definitions of its time.
 
-    A force that peaks once a pitch has several maxima of like height, and a little damping decides which is the
-    largest. Peaks are those of the mean over `RESOLUTION`, averaged over the passages, half a pitch apart or more, that
-    reach `LIKE_HEIGHT` of the largest. A table as of `mean_events`, without scatter.
+    A force that peaks once per pitch has several maxima of like height, and a little damping decides which is the
+    largest. The peaks are those of the mean over `RESOLUTION`, averaged over the passages, half a pitch apart or more,
+    that reach `LIKE_HEIGHT` of the largest. The table is that of `mean_events`, without scatter.
     """
     series: dict[int, list[np.ndarray]] = {}
     for i, _, _, samples, _, smooth in _forces(recording):
@@ -143,7 +143,7 @@ def like_peaks(recording: Recording) -> pd.DataFrame:
     rows = []
     for i, forces in sorted(series.items()):
         mean = np.mean([force[: min(map(len, forces))] for force in forces], axis=0)
-        padded = np.r_[0.0, mean, 0.0]  # a force that begins or ends at its largest peaks there
+        padded = np.r_[0.0, mean, 0.0]  # a force that begins or ends at its maximum has a peak there
         peaks = find_peaks(padded, height=LIKE_HEIGHT * padded.max(), distance=apart)[0] - 1
         for number, time in enumerate(peaks / recording.rate, 1):
             rows.append([f"{SIDES[i]} maximum, peak {number} of like height", time, time, np.nan, len(forces)])

@@ -1,4 +1,4 @@
-"""Recordings as files for other programs: CSV for spreadsheets and pandas, ``.mat`` for MATLAB."""
+"""Export of recordings: CSV for spreadsheets and pandas, ``.mat`` for MATLAB."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -12,18 +12,18 @@ from trackdyn.inputs.files import replacing, write_text
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.contacts import contacts
 from trackdyn.model.arrays import SIDES
-from trackdyn.simulation.recording import Recording, listed
+from trackdyn.simulation.recording import Recording, as_list
 
 ENDINGS = (".csv", ".mat")
 DIGITS = "%.12g"
-# text that MATLAB 5 files begin with; that of scipy has the time, and the same run makes the same file
+# text at the beginning of MATLAB 5 files; scipy's has the time, so that equal runs would give different files
 MAT_HEADER = b"MATLAB 5.0 MAT-file, written by trackdyn; its variable origin names rig and scene".ljust(116)
-# what a comment says of a file, so that nobody takes it for a measured one
+# comment of a file, which distinguishes it from a measurement
 SYNTHETIC = "synthetic, not measured"
 
 
 def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd.DataFrame:
-    """Return every contact with the sprocket that began and ended within the record, those of one pitch in a row.
+    """Return every contact with the sprocket that began and ended within the record, sorted by pitch.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd
     -------
     DataFrame
         ``pitch``, ``side`` (left, right, ring), ``groove`` (from 1; 0 for the ring), ``start_s``, ``end_s``,
-        ``touching_s`` (time in contact, without gaps shorter than those that part two contacts),
+        ``touching_s`` (time in contact, without the short gaps of merged contacts),
         ``share_pct`` (the same in percent of a turn of the sprocket), ``peak_n``, ``peak_s`` and ``impulse_ns``.
 
     Raises
@@ -44,7 +44,7 @@ def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd
     InputError
         The recording has no log of contacts, or the chain no such pitch.
     """
-    pitches, count = listed(pitches), recording.scene.rig.chain.pitches
+    pitches, count = as_list(pitches), recording.scene.rig.chain.pitches
     if not recording.scene.contact_log or recording.scene.chain == "belt":
         raise InputError("contacts: the recording has no log of them; run a scene with contact_log=True, and no belt")
     if wrong := [pitch for pitch in pitches if pitch not in range(1, count + 1)]:
@@ -71,15 +71,15 @@ def export(
     pitches: Sequence | int = (),
     contacts: bool = False,
 ) -> pd.DataFrame:
-    """Write a recording as a table, CSV or MATLAB's by the ending of its name, and return the table.
+    """Write a recording as a table, CSV or MATLAB's by the ending of the file, and return the table.
 
     Parameters
     ----------
     recording : Recording
-        The run.
+        Run to export.
     path : path
-        A file of the ending ``.csv``, whose first line is a comment on program, rig and scene, or ``.mat``, with a
-        variable a column and that comment as ``origin``.
+        File with the ending ``.csv``, whose first line is a comment on program, rig and scene, or ``.mat``, with one
+        variable per column and that comment as ``origin``.
     sensor : str or int, optional
         Sensor whose axes are written; all of them by default.
     pitches : sequence of int, or int
@@ -90,7 +90,7 @@ def export(
     Raises
     ------
     InputError
-        The ending is none of these, the recording lacks what is asked for, or the file cannot be written.
+        The ending is another one, the recording lacks the data, or the file cannot be written.
     """
     path = Path(path)
     if path.suffix not in ENDINGS:

@@ -1,4 +1,4 @@
-"""One row of numbers a run: the columns of ``metrics.csv``. A new metric is added here; no simulation depends on it."""
+"""Metrics of a run: a row of ``metrics.csv``. New metrics are added here; no simulation depends on them."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -10,31 +10,31 @@ import numpy as np
 from trackdyn.measure.catalogue import BY_COLUMN
 from trackdyn.measure.columns import SHOWN, described
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
-from trackdyn.measure.sensor import readings, sense
+from trackdyn.measure.estimators import Sensed, meshing_summary, sensor_metrics
+from trackdyn.measure.sensor import sense, sensor_signal
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
-from trackdyn.measure.taken import Sensed, meshing_summary, sensor_metrics
 from trackdyn.measure.uncertainty import NAN, STEP_ERRORS, batches_of, student, turn_edges
 from trackdyn.measure.whole_loop import mobilised_friction, work_measures
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
-OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
+GRAVITY_RANGE = 0.005  # relative difference of gravity between poles and equator
 
-# Turns of which it can be told that they drift, and how surely their slope is to be none of scatter.
+# Least number of turns for a test of drift, and the confidence of its slope.
 LEAST_DRIFTING, SLOPE_CONFIDENCE = 4, 0.8
-JUDGED_METHODS = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
+STUDIED_METHODS = ("semi_implicit", "rk4")  # with known step errors: a linearly implicit step is coarse on purpose
 
 
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
-    """Columns of a run about one sensor."""
+    """Return the columns of a run for one sensor."""
     signal = sense(recording, sensor=sensor)
     measured = sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz)
     return measured | {"clipped_samples": signal.clipped}
 
 
 def run_metrics(name: str, recording: Recording) -> dict:
-    """The row of a run: what ran, what its first sensor and the contacts show."""
+    """Return the row of a run: its scene, and the metrics of its first sensor and of its contacts."""
     scene, sensed = recording.scene, sensor_row(recording)
     choices = (scene.fidelity[name].setting for name in ("space", "chain", "tooth_contact", "integrator"))
     clipped = sensed.pop("clipped_samples")
@@ -65,11 +65,10 @@ def run_metrics(name: str, recording: Recording) -> dict:
 def shown_measures(recording: Recording) -> list[dict]:
     """List the measures that a run prints: ``name``, ``measure``, ``value``, ``error``, ``half_width``, ``unit``.
 
-    The standard error and half of the 95 % interval have scatter and step in them. They are None where they are not
-    known; measures that are NaN are left out. Of a rig with several sensors a row
-    also has the name of its ``sensor``, empty for what is not a sensor's.
+    The standard error and half of the 95 % interval include scatter and step; they are None if unknown. Measures that
+    are NaN are left out. With several sensors a row has the name of its ``sensor``, too, empty for other measures.
     """
-    rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
+    rows, row, total = [], run_metrics("", recording), total_errors(recording.scene)
     names, degrees = list(recording.scene.rig.sensors), _degrees(recording, int(row["passages"]))
     several = {name: sensor_row(recording, name) for name in names} if len(names) > 1 else {}
     for name in SHOWN:
@@ -78,17 +77,17 @@ def shown_measures(recording: Recording) -> list[dict]:
         for sensor, columns in (sensed or {"": row}).items():
             value, error = columns[name], columns.get(its_error, NAN)
             if value == value:
-                half_width = whole(name, value, student(degrees(name)) * error if error else error)
+                half_width = total(name, value, student(degrees(name)) * error if error else error)
                 entry = {"name": name, "measure": text, "value": value}
-                errors = {"error": whole(name, value, error), "half_width": half_width}
-                entry |= {kind: None if known != known else known for kind, known in errors.items()}
+                errors = {"error": total(name, value, error), "half_width": half_width}
+                entry |= {kind: None if size != size else size for kind, size in errors.items()}
                 entry |= {"unit": "" if unit == "1" else unit}
                 rows.append(entry | ({"sensor": sensor} if several else {}))
     return rows
 
 
 def _degrees(recording: Recording, passages: int) -> Callable[[str], int]:
-    """Function of a column of a run: degrees of freedom of its standard error, over turns or batches of passages."""
+    """Return a function of a column of a run: degrees of freedom of its standard error, over turns or batches."""
     sensed = Sensed(np.zeros(len(recording.time)), recording.rate, recording.periods.loop_hz)
     whole = int(recording.seconds / recording.periods.passage + 1e-6) if recording.periods.loop_hz else 0
 
@@ -101,26 +100,26 @@ def _degrees(recording: Recording, passages: int) -> Callable[[str], int]:
     return degrees
 
 
-def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
-    """Function of a column of a run of a scene, its value and standard error: the error with what the step adds.
+def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
+    """Return a function of column, value and standard error in a run of a scene: the error including the step's.
 
-    Of half of a 95 % interval it is this with what the step adds: the largest known. That is in proportion to the step.
-    Other rigs may have more than the included ones: `step_check` judges their steps.
-    NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
+    Given half of a 95 % interval it returns that including the step error. The step error is the largest known one, in
+    proportion to the step; other rigs than the included ones may have a larger one, which `step_check` bounds. NaN if
+    the standard error or the step error is unknown; a value of zero has the standard error.
     """
-    times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
-    times = times if scene.chain == "belt" or scene.integrator in JUDGED_METHODS else nan
+    ratio = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
+    ratio = ratio if scene.chain == "belt" or scene.integrator in STUDIED_METHODS else nan
 
-    def whole(column: str, value: float, error: float) -> float:
-        of_step = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
+    def total(column: str, value: float, error: float) -> float:
+        step_error = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
         size = BY_COLUMN[column].size(value) if column in BY_COLUMN else abs(value)
-        return hypot(error, times * of_step[scene.ring_radius is None] * size) if value else error
+        return hypot(error, ratio * step_error[scene.ring_radius is None] * size) if value else error
 
-    return whole
+    return total
 
 
 def needed_lengths(recording: Recording) -> dict[str, float]:
-    """Name what the recording is too short for, with the length (s) that holds it wherever the record begins."""
+    """Return the measures that need a longer recording, with the length (s) that suffices wherever it begins."""
     periods = recording.periods
     needed = {"dominant peak and standard errors": LEAST_PERIODS * periods.loop}
     if recording.scene.contact_log:
@@ -130,26 +129,26 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 
 
 def remarks(recording: Recording) -> list[str]:
-    """Sentences that belong to the numbers of a run.
+    """Return warnings on the numbers of a run.
 
-    On accelerations beyond the range of a sensor; on a start that has not died away; on the unit g of a rig that is not
-    on the earth.
+    They are on accelerations beyond the range of a sensor; a transient that has not decayed; the unit g of a rig that
+    is not on the earth.
     """
     scene = recording.scene
     count = 1 if scene.every_link else len(recording.sensors)
     sentences = list(filter(None, (_range_sentence(recording, sensor) for sensor in range(count))))
     sentences += filter(None, (_drift_sentence(recording, sensor) for sensor in range(len(recording.sensors))))
     gravity = scene.rig.gravity
-    if gravity and abs(gravity / 9.81 - 1) >= OF_THE_EARTH:
+    if gravity and abs(gravity / 9.81 - 1) >= GRAVITY_RANGE:
         sentences.append(f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2")
     return sentences
 
 
 def _range_sentence(recording: Recording, sensor: int) -> str:
-    """Sentence on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
+    """Return a warning on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
     scene, (name, mounted) = recording.scene, list(recording.sensors.items())[sensor]
     columns = slice(len(scene.rig.sensors), None) if scene.every_link else slice(sensor, sensor + 1)
-    limit, ay = mounted.range, readings(recording.mean[:, columns], scene.rig)[..., 1]
+    limit, ay = mounted.range, sensor_signal(recording.mean[:, columns], scene.rig)[..., 1]
     if not (beyond := int((abs(ay) > limit).sum())):
         return ""
     limited, free = rms(np.clip(ay, -limit, limit).ravel()), rms(ay.ravel())
@@ -160,10 +159,10 @@ def _range_sentence(recording: Recording, sensor: int) -> str:
 
 
 def _drift_sentence(recording: Recording, sensor: int) -> str:
-    """Sentence on a record whose turns drift, of which the start is a part; empty if they only scatter, or are few.
+    """Return a warning on a record whose turns drift; empty if they only scatter, or are few.
 
-    The last turn differs from the first one by more than the error of the RMS, and the turns follow a straight line
-    more closely than four of five records do whose turns only scatter (Student's test of a slope).
+    They drift if the last turn differs from the first by more than the error of the RMS, and their slope is significant
+    at `SLOPE_CONFIDENCE` (Student's test).
     """
     scene, name = recording.scene, list(recording.sensors)[sensor]
     if scene.chain == "belt" or not recording.periods.loop_hz:
@@ -175,22 +174,19 @@ def _drift_sentence(recording: Recording, sensor: int) -> str:
     if count < LEAST_DRIFTING:
         return ""
     scatter = student(count - 1) * float(values.std(ddof=1)) / sqrt(count)
-    error = whole_errors(scene)("rms_g", float(values.mean()), scatter)
+    error = total_errors(scene)("rms_g", float(values.mean()), scatter)
     error = error if error == error else scatter  # a linearly implicit step has no known error
     change = float(values[-1] - values[0])
     since = np.arange(count) - 0.5 * (count - 1)
     slope = float(since @ values / (since @ since))
-    rest = values - values.mean() - slope * since
-    of_slope = sqrt(float(rest @ rest) / (count - 2) / float(since @ since))
-    if (
-        not abs(change) > error
-        or not abs(slope) > student(count - 2, SLOPE_CONFIDENCE) * of_slope
-        or change * slope < 0
-    ):
+    residual = values - values.mean() - slope * since
+    slope_error = sqrt(float(residual @ residual) / (count - 2) / float(since @ since))
+    significant = abs(slope) > student(count - 2, SLOPE_CONFIDENCE) * slope_error
+    if not abs(change) > error or not significant or change * slope < 0:
         return ""
     of_sensor = f" of {name}" if len(recording.sensors) > 1 else ""
     return (
         f"RMS{of_sensor} goes from {values[0]:.4g} g in the first turn of the loop to {values[-1]:.4g} g in the last, "
-        f"by more than its error of {error:.2g} g: the start may not have died away; use a longer lead-in than "
-        f"{scene.lead_in:g} s, or ask for a tolerance, which waits for it"
+        f"by more than its error of {error:.2g} g: the transient may not have decayed; use a longer lead-in than "
+        f"{scene.lead_in:g} s, or a tolerance"
     )

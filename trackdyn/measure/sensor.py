@@ -1,4 +1,4 @@
-"""The acceleration sensor on the link (Eq. 40), its sampling and its range, and the measures of its record."""
+"""Acceleration sensor on the link (Eq. 40): sampling, range, and the loop frequency of its record."""
 
 from dataclasses import dataclass
 from html import escape
@@ -9,26 +9,26 @@ import numpy as np
 
 from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
-from trackdyn.simulation.readings import readings
+from trackdyn.simulation.readings import sensor_signal
 from trackdyn.simulation.recording import Recording
 
 if TYPE_CHECKING:
     import pandas as pd
 
-OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it
+OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run that is compared with it
 
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """The record of an acceleration sensor on the chain."""
+    """Record of an acceleration sensor on the chain."""
 
     time: np.ndarray  # (s,) sample times, s
-    # ax, ay: (s,) along its body and along the outward normal, g; the mean over the sample interval that ends at the
-    # sample, limited to the range
+    # (s,) accelerations along its body and along the outward normal, g: means over the sample interval that ends at the
+    # sample, clipped at the range
     ax: np.ndarray
     ay: np.ndarray
     rate: float  # sampling rate, Hz
-    clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
+    clipped: int  # number of clipped samples of ``ax`` and ``ay``
 
     def __repr__(self) -> str:
         """Return one line: length, rate, and RMS of both accelerations."""
@@ -39,11 +39,11 @@ class SensorSignal:
         return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame()._repr_html_()}"
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw both accelerations over time, in a new figure by default; returns the axes.
+        """Plot both accelerations over time, in a new figure by default, and return the axes.
 
         ``axes.figure.savefig("acceleration.png")`` writes them.
         """
-        import pandas as pd  # half a second that a run does without
+        import pandas as pd  # takes half a second, which runs do not need
 
         named = {"ay, along the outward normal of the link": self.ay, "ax, along the link": self.ax}
         labels = {"xlabel": "time (s)", "ylabel": "acceleration (g)", "title": "Sensor on the link"}
@@ -58,15 +58,14 @@ class SensorSignal:
 
 @typed
 def sense(recording: Recording, every: int = 1, sensor: str | int = 0) -> SensorSignal:
-    """Return what a sensor shows: the acceleration of Eq. (40) in g, limited to its range.
+    """Return the signal of a sensor: the acceleration of Eq. (40) in g, clipped at its range.
 
     Parameters
     ----------
     recording : Recording
         Run of S samples.
     every : int
-        Samples of the recording per sample of the sensor: their mean is the sample of a sensor whose rate is lower by
-        this factor.
+        Samples of the recording per sample of the sensor, which is their mean: a sensor of a lower rate.
     sensor : str or int
         Name of the sensor in ``recording.sensors``, or its index there.
 
@@ -84,28 +83,28 @@ def sense(recording: Recording, every: int = 1, sensor: str | int = 0) -> Sensor
     index = recording.sensor_index(sensor)
     limit = list(recording.sensors.values())[index].range
     motion = recording.mean[: len(recording.mean) // every * every, index].reshape(-1, every, 3).mean(axis=1)
-    free = readings(motion, recording.scene.rig)
+    free = sensor_signal(motion, recording.scene.rig)
     ax, ay = np.clip(free, -limit, limit).T
     clipped = int((np.abs(free) > limit).sum())
     return SensorSignal(recording.time[every - 1 :: every], ax, ay, recording.rate / every, clipped)
 
 
 def whole_samples(rate: float, seconds: float) -> float:
-    """The shortest duration (s) of whole samples that is not below ``seconds``."""
+    """Round ``seconds`` up to whole samples; return the duration, s."""
     return ceil(seconds * rate - 1e-6) / rate
 
 
 def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
-    """How many of ``count`` samples at ``rate`` (Hz) make whole revolutions of the loop; all if they hold none."""
+    """Return the number of samples, of ``count`` at ``rate`` (Hz), in whole revolutions of the loop; all if none is."""
     loops = np.floor(count / rate * loop_hz + 1e-6)
     return round(loops / loop_hz * rate) if loops else count
 
 
 def measured_loop_hz(ay, rate: float, expected_hz: float) -> float:
-    """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
+    """Return the frequency of the loop (Hz) from the dominant peak of a record; bin-free, if it has two turns.
 
-    The peak is looked for up to a factor of four from ``expected_hz`` (Hz), which is the answer for a record of fewer
-    than two of such turns: its lines are too far apart.
+    The peak is searched within a factor of four of ``expected_hz`` (Hz), which is returned for a record of fewer than
+    two such turns.
     """
     if not holds_line(len(ay), rate, expected_hz):
         return expected_hz

@@ -1,35 +1,34 @@
-"""Statistics and spectra of one evenly sampled signal of any unit; `InputError` for less than two finite samples."""
+"""Statistics and spectra of an evenly sampled signal of any unit; `InputError` for less than two finite samples."""
 
 import numpy as np
-import scipy  # its parts are loaded where they are used: together they take half a second
+import scipy  # subpackages are loaded at first use: together they take half a second
 
 from trackdyn.inputs.errors import InputError, shown
 
-LOOP_HZ = 0.05, 20.0  # where the line of a loop of unknown speed lies
-LEAST_PERIODS = 2.0  # periods of a line in the record that it is taken from
-LOW_RANGE_HZ = 2.0  # that is drawn line by line
+LEAST_PERIODS = 2.0  # periods of a line in its record
+LOW_RANGE_HZ = 2.0  # range that is drawn line by line
 BAND_HZ = 2.0  # width of the bands over the whole range, to half a turn of the loop
 _HARMONICS = 8
-MOST_TERMS = 100_000_000  # fundamentals times samples: of more, scipy.signal is worth its import
+MOST_TERMS = 100_000_000  # fundamentals times samples, beyond which scipy.signal is faster in spite of its import
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
 
 def rms(a) -> float:
-    """Root mean square of a signal of shape (N,) (Sect. 5)."""
+    """Return the root mean square of a signal (N,) (Sect. 5)."""
     a = _signal(a)
     return float(np.sqrt(np.mean(a**2)))
 
 
 def standard_deviation(a) -> float:
-    """Standard deviation about the mean, with 1/N, of a signal of shape (N,) (Sect. 5)."""
+    """Return the standard deviation about the mean, with 1/N, of a signal (N,) (Sect. 5)."""
     return float(np.std(_signal(a)))
 
 
 def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Single-sided amplitude spectrum of a signal of shape (N,) with a rectangular window.
+    """Return the single-sided amplitude spectrum of a signal (N,) with a rectangular window.
 
-    Returned are (N // 2 + 1,) frequencies, Hz, and amplitudes: ``|X0|/N`` for the mean and ``2|Xk|/N`` for ``1 <= k <
-    N/2``. The Nyquist bin of an even N has no mirror image and stays at ``|X|/N``.
+    It has (N // 2 + 1,) frequencies, Hz, and amplitudes: ``|X0|/N`` for the mean and ``2|Xk|/N`` for ``1 <= k < N/2``.
+    The Nyquist bin of an even N has no mirror image: ``|X|/N``.
     """
     a = _signal(a)
     amplitude = np.abs(np.fft.rfft(a)) * (2.0 / a.size)
@@ -40,14 +39,14 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def in_bands(a, rate_hz: float, loop_hz: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Middle frequencies (Hz) of bands of 2 Hz, and the root mean square of a signal in them, without its mean.
+    """Return the centre frequencies (Hz) of bands of 2 Hz, and the RMS of a signal in each, without its mean.
 
-    It is that of the signal, not of the lines, whose number and heights depend on the length of the record. Bands end
-    half way between two harmonics of ``loop_hz`` (Hz), where whole turns of the loop have no line; what is above the
-    last whole band is left out.
+    Unlike the number and heights of lines, the RMS of a band does not depend on the length of the record. Bands end
+    half way between two harmonics of ``loop_hz`` (Hz), where whole turns of the loop have no line; frequencies above
+    the last whole band are left out.
     """
     freq, amplitude = spectrum(a, rate_hz)
-    width = max(BAND_HZ, freq[1])  # of a short record a line
+    width = max(BAND_HZ, freq[1])  # of a short record one line
     if loop_hz:
         width = max(round(width / loop_hz), 1) * loop_hz
     edges = np.arange(0.5 * loop_hz, freq[-1], width)
@@ -56,15 +55,15 @@ def in_bands(a, rate_hz: float, loop_hz: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def holds_line(samples: int, rate_hz: float, hz: float) -> bool:
-    """Whether a number of samples holds two periods of ``hz`` (Hz), which a frequency and an amplitude need."""
+    """Return whether a number of samples contains two periods of ``hz`` (Hz), which a line needs."""
     return samples / rate_hz * hz >= LEAST_PERIODS - 1e-6
 
 
 def main_line(a, rate_hz: float, loop_hz: float) -> tuple[float, float]:
-    """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` within half of ``loop_hz`` (Hz) around it.
+    """Return frequency (Hz) and amplitude of the highest bin of `spectrum` within half of ``loop_hz`` (Hz) around it.
 
-    Both suffer from scalloping loss; see :func:`main_line_binfree`. The bins on both sides of ``loop_hz`` are always
-    among those that are looked at.
+    Both have a scalloping loss; see `main_line_binfree`. The search always includes the bins on both sides of
+    ``loop_hz``.
     """
     a = _signal(a)
     half = max(0.5 * loop_hz, rate_hz / a.size)
@@ -72,7 +71,7 @@ def main_line(a, rate_hz: float, loop_hz: float) -> tuple[float, float]:
 
 
 def highest_line(a, rate_hz: float, low_hz: float, high_hz: float) -> tuple[float, float]:
-    """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` in a band, the mean excluded.
+    """Return frequency (Hz) and amplitude of the highest bin of `spectrum` in a band, without the mean.
 
     Raises `InputError`: no bin lies in the band.
     """
@@ -81,31 +80,31 @@ def highest_line(a, rate_hz: float, low_hz: float, high_hz: float) -> tuple[floa
     if inside.size == 0:
         raise InputError(
             f"no line of the spectrum lies between {low_hz:g} and {high_hz:g} Hz (the lines are "
-            f"{freq[1]:g} Hz apart): widen the band or give a longer record."
+            f"{freq[1]:g} Hz apart): widen the band or use a longer record."
         )
     k = inside[np.argmax(amplitude[inside])]
     return float(freq[k]), float(amplitude[k])
 
 
 def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, float, float]:
-    """Frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
+    """Return frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
 
-    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is searched on a fine grid
-    around ``expected_hz`` first, for the harmonics give the misfit many local minima, and then refined. The line is
-    ``amplitude cos(2 pi hz t + phase)`` with t = 0 at the first sample; phase in (-pi, pi], rad. Raises `InputError`:
-    the signal is constant, holds fewer than two periods, or too few samples a period.
+    They are a least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is searched on a
+    fine grid around ``expected_hz`` first, since the harmonics give the misfit many local minima, and then refined. The
+    line is ``amplitude cos(2 pi hz t + phase)`` with t = 0 at the first sample; phase in (-pi, pi], rad. Raises
+    `InputError`: the signal is constant, has fewer than two periods, or too few samples per period.
     """
     a = _signal(a)
     a = a - np.mean(a)
     if np.max(np.abs(a)) == 0.0:
-        raise InputError("the signal is constant and has no line: give a record of the moving track.")
+        raise InputError("the signal is constant and has no line: use a record of the moving track.")
     bin_hz = rate_hz / a.size
     if not holds_line(a.size, rate_hz, expected_hz):
         raise InputError(
-            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {expected_hz:g} Hz: "
-            "give a longer record."
+            f"the record of {a.size / rate_hz:g} s has fewer than two periods of {expected_hz:g} Hz: "
+            "use a longer record."
         )
-    # not down to half of the line: harmonics of that fit the signal as well
+    # above half of the line, whose harmonics would fit the signal as well
     half_width = min(max(bin_hz, 0.05 * expected_hz), expected_hz / 3)
     highest = expected_hz + half_width
     harmonics = min(_HARMONICS, int(np.ceil(0.5 * rate_hz / highest)) - 1)
@@ -120,7 +119,7 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     def fitted(hz):
         return _fit_harmonics(_fourier_sums(a, hz, rate_hz, harmonics), hz, rate_hz, a.size)
 
-    # the vertex of a parabola through three points, ever closer; `scipy.optimize` takes a fifth of a second to import
+    # vertices of parabolas through three points that approach each other; `scipy.optimize` takes 0.2 s to import
     hz, step = start, grid[1] - grid[0]
     while step > 1e-7 * bin_hz:
         below, middle, above = fitted(hz + step * np.array([-1.0, 0.0, 1.0]))[0]
@@ -133,16 +132,16 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     return float(hz), float(2.0 * np.abs(first)), float(phase)
 
 
-HIGH_HZ = 20.0  # above the lines of the loop and of the pitches, where impacts show
+HIGH_HZ = 20.0  # above the lines of the loop and of the pitches: content of impacts
 
 
 def high_passed(a, rate_hz: float) -> np.ndarray:
-    """(n, ...) signals without their mean and their content below 20 Hz, also if they hold no whole periods.
+    """Return (n, ...) signals without their mean and their content below 20 Hz; whole periods are not needed.
 
-    A record that ends elsewhere than it began has a jump in the periodic signal that a spectrum stands for, which shows
-    at all frequencies. The signals are therefore extended at both ends by their own reflection in the end point, which
-    keeps value and slope, and fade out there (Hann). Content of 10 to 28 pitch passages out of a long record is that of
-    the same passages within it to 0.3 %; without the extension it is up to 9 % too high.
+    If the end of a record differs from its beginning, its periodic continuation has a jump with content at all
+    frequencies. The signals are therefore extended at both ends by their reflection in the end point, which keeps value
+    and slope, with a fade-out (Hann). Content of 10 to 28 pitch passages cut from a long record agrees with that of the
+    same passages within it to 0.3 %; without the extension it is up to 9 % too high.
     """
     a = np.asarray(a, dtype=float)
     a = a - a.mean(axis=0)
@@ -155,7 +154,7 @@ def high_passed(a, rate_hz: float) -> np.ndarray:
 
 
 def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
-    """RMS of the content at and above a corner frequency (Hz) of whole periods, by Parseval's sum over the spectrum."""
+    """Return the RMS of whole periods at and above a corner frequency (Hz), by Parseval's sum over the spectrum."""
     a = _signal(a)
     freq, amplitude = spectrum(a, rate_hz)
     # A sine of amplitude A carries A^2/2; the mean and the Nyquist line carry A^2.
@@ -167,24 +166,22 @@ def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
 
 
 def _signal(a):
-    """The signal as a float array, or InputError."""
+    """Return the signal as a float array; `InputError` if it is none."""
     try:
         values = np.asarray(a)
         real = values.dtype.kind in "iufb" and values.ndim == 1 and values.size > 1 and np.isfinite(values).all()
     except ValueError:  # rows of different lengths
         real = False
     if not real:
-        raise InputError(
-            f"the signal, {shown(a)}, is not a series of finite numbers: give two or more, one per sample."
-        )
+        raise InputError(f"the signal, {shown(a)}, is not a series of finite numbers: use two or more, one per sample.")
     return values.astype(float)
 
 
 def _grid_sums(a, grid, rate_hz, harmonics):
-    """:func:`_fourier_sums` at equally spaced fundamentals (m,).
+    """Return `_fourier_sums` at equally spaced fundamentals (m,).
 
-    The sums cost m N, the chirp z-transform (m + N) log(m + N). But the import of `scipy.signal` takes 0.8 s: only
-    records of more than some ten minutes at 1 kHz gain by it.
+    The sums cost m N, the chirp z-transform (m + N) log(m + N). But the import of `scipy.signal` takes 0.8 s, so that
+    only records of more than some ten minutes at 1 kHz gain by it.
     """
     if grid.size * a.size <= MOST_TERMS:
         return _fourier_sums(a, grid, rate_hz, harmonics)
@@ -193,24 +190,24 @@ def _grid_sums(a, grid, rate_hz, harmonics):
 
 
 def _fourier_sums(a, hz, rate_hz, harmonics):
-    """Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
+    """Return the Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
 
-    Phases count from the first sample. The phase of a sample is that of its block plus that within the block: two
-    square roots of N exponentials serve N samples.
+    Phases count from the first sample. The phase of a sample is that of its block plus that within the block, so that
+    twice the root of N exponentials suffice for N samples.
     """
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)
     phase_step = -2j * np.pi / rate_hz * np.multiply.outer(hz, np.arange(1, harmonics + 1))[..., None]
-    # a product by BLAS would wake a thread a core, every time
+    # BLAS would start a thread per core every time
     within = np.einsum("bw,mhw->mhb", rows, np.exp(phase_step * np.arange(block)))
     return (within * np.exp(phase_step * (block * np.arange(len(rows))))).sum(-1)
 
 
 def _fit_harmonics(correlation, hz, rate_hz, n):
-    """Least-squares fit of offset and harmonics of a mean-free signal, for several fundamentals ``hz`` (m,) at once.
+    """Fit offset and harmonics to a mean-free signal by least squares, for several fundamentals ``hz`` (m,) at once.
 
-    ``correlation`` (m, H) holds Fourier sums at 1..H times each fundamental. Returned are the (m,) sums of squares of
-    the fit, and (m, 2 H + 1) coefficients of harmonics -H..H, with time zero in the middle of the record.
+    ``correlation`` (m, H) are Fourier sums at 1..H times each fundamental. Returns the (m,) sums of squares of the fit,
+    and (m, 2 H + 1) coefficients of harmonics -H..H, with time zero in the middle of the record.
     """
     order = np.arange(1, correlation.shape[1] + 1)
     # With time counted from the middle the normal matrix is real: Dirichlet kernels.
@@ -218,7 +215,7 @@ def _fit_harmonics(correlation, hz, rate_hz, n):
     rhs = np.concatenate([centred.conj()[:, ::-1], np.zeros((len(hz), 1)), centred], axis=1)
     all_orders = np.arange(-order[-1], order[-1] + 1)
     difference = all_orders[None, :] - all_orders[:, None]
-    half = np.pi * difference * (hz / rate_hz)[:, None, None]  # below pi: the sine is 0 on the diagonal alone
+    half = np.pi * difference * (hz / rate_hz)[:, None, None]  # below pi: the sine is 0 only on the diagonal
     normal = np.divide(np.sin(n * half), np.sin(half), out=np.full(half.shape, float(n)), where=difference != 0)
     coefficient = np.linalg.solve(normal, rhs[:, :, None])[:, :, 0]
     return np.real(np.sum(rhs.conj() * coefficient, axis=1)), coefficient

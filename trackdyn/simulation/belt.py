@@ -1,4 +1,4 @@
-"""The recording of a belt: the sensors on the path of the chain, a pitch behind the other, without forces."""
+"""Recording of a belt: sensors that follow the path of the chain one pitch apart, without forces."""
 
 import time
 
@@ -10,16 +10,14 @@ from trackdyn.rig.layout import belt_around
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.settling import Layout
 
-# parts of a sample interval over which the mean is taken
-PARTS = 8
+SUBSAMPLES = 8  # of a sample interval, for its mean
 
 
 def belt_recording(scene) -> Recording:
-    """A kinematic recording of a scene.
+    """Return a kinematic recording of a scene.
 
-    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed that the
-    sprocket's teeth give. The middles of links and connectors are on the path, half a pitch apart, their x axes along
-    it.
+    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed of the
+    sprocket's teeth. The middles of links and connectors are on the path, half a pitch apart, their x axes along it.
     """
     rig, loop_hz, begin = scene.rig, scene.periods.loop_hz, time.perf_counter()
     rate, pitches, samples = rig.rate, rig.chain.pitches, round(scene.duration * rig.rate)
@@ -27,7 +25,7 @@ def belt_recording(scene) -> Recording:
     speed = path.length * loop_hz
     # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
     travelled = (scene.lead_in + scene.ramp / 2) * loop_hz
-    sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * PARTS + 1) / (rate * PARTS)
+    sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * SUBSAMPLES + 1) / (rate * SUBSAMPLES)
     record = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.wheels)), len(sensors))
     rows = record.samples
     for k, sensor in reversed(list(enumerate(sensors))):
@@ -38,10 +36,10 @@ def belt_recording(scene) -> Recording:
         dx, dy = sensor.x - (rig.chain.link_length if on_link else rig.connector_length) / 2, sensor.y
         rate_of_turn = speed * curvature
         motion = np.column_stack([-(rate_of_turn**2) * dx, -speed * rate_of_turn - rate_of_turn**2 * dy, heading])
-        rows.raw[:, k] = motion[PARTS - 1 :: PARTS]
-        rows.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
-        rows.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
-    rows.link_position[:] = point[PARTS - 1 :: PARTS]  # the loop ends with the first sensor
+        rows.raw[:, k] = motion[SUBSAMPLES - 1 :: SUBSAMPLES]
+        rows.mean[:, k] = motion.reshape(samples, SUBSAMPLES, 3).mean(axis=1)
+        rows.mean[:, k, 2] = motion[SUBSAMPLES // 2 - 1 :: SUBSAMPLES, 2]
+    rows.link_position[:] = point[SUBSAMPLES - 1 :: SUBSAMPLES]  # the loop ends with the first sensor
     rows.wheel_rate[:, SPROCKET] = scene.sprocket_rate
     return Recording.of_record(
         record,

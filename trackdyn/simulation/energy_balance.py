@@ -1,4 +1,4 @@
-"""The energy balance of a record: what it leaves open, and whether that shows a step that was too large."""
+"""Energy balance of a record: its residual, and the check of the step by it."""
 
 from math import pi
 
@@ -8,34 +8,34 @@ from trackdyn.inputs.errors import DivergenceError
 from trackdyn.model.arrays import ENERGY_NAMES, KINETIC
 from trackdyn.model.constants import Model
 
-# Share of the kinetic energy of the bodies that run round which the path of a method of order 1 misses in a revolution
-# of the sprocket, over the angle (rad) of a step: 2.9 to 4.1 in twelve scenes of five rigs from 60 to 1,400 rev/min,
-# where it halved with the step and RMS and mean peaks were within 0.3 and 2 % of those at a quarter of it.
-PATH = 5.0
-# Open rest of the energy balance that is accepted beyond the path of the bodies that run round (`PATH`), as a share of
-# the energy exchanged: about four times what the coarsest preset leaves (0.13 % at 0.5 ms, linearly implicit).
-OPEN_SHARE = 0.005
-# Friction, bearings and bushings may give this share back: rounding and the path of a step.
-GAINED_SHARE = 1e-3
-# Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
+# Error of a method of order 1 on curved paths: share of the kinetic energy that it misses in a revolution of the
+# sprocket, over the angle (rad) of a step. 2.9 to 4.1 in twelve scenes of five rigs from 60 to 1,400 rev/min, where it
+# halved with the step and RMS and mean peaks were within 0.3 and 2 % of those at a quarter of it.
+PATH_ERROR = 5.0
+# Largest residual beyond `PATH_ERROR`, as a share of the energy exchanged: about four times that of the coarsest preset
+# (0.13 % at 0.5 ms, linearly implicit).
+LARGEST_RESIDUAL = 0.005
+# Friction, bearings and bushings may return this share: rounding and `PATH_ERROR`.
+LARGEST_GAIN = 1e-3
+# Height (m) by which the chain is lifted with the energy below which shares are noise.
 NOISE_HEIGHT = 1e-4
 LOSSES, STORED = ENERGY_NAMES[1:KINETIC], ENERGY_NAMES[KINETIC:]
-# Normal contact gives back what it has stored, some joules of rubber that relaxes after the start; in a record of this
-# length (s), in which the loop turns through once, it takes more than that.
+# Normal contact returns the energy that it stored, some joules of rubber that relaxes after the start; in a record of
+# this length (s), in which the loop turns once, it dissipates more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 
 
 def passed_pitches(model: Model, seconds: float) -> float:
-    """Pitches that come onto the sprocket in so many seconds at the speed that is asked for."""
+    """Return the number of pitches that come onto the sprocket in ``seconds`` at the nominal speed."""
     return seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
 
 
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
-    """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
+    """Return the residual of the energy balance as a share of the energy exchanged, and that energy (J).
 
-    Energy exchanged is the sum of all changes in the account (``energy``, (s, 11), ``model.arrays.ENERGY_NAMES``, over
-    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the
-    sprocket. The sprocket's work alone would not do: it vanishes where nothing is driven.
+    ``energy`` (s, 11) has the columns `model.arrays.ENERGY_NAMES` and covers ``seconds`` from first to last row. The
+    energy exchanged is the sum of all their changes and the kinetic energy of the bodies that pass the sprocket; the
+    sprocket's work would not do as reference, since it vanishes at rest.
     """
     change = energy[-1] - energy[0]
     carried = _turns(model, seconds) * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
@@ -45,46 +45,46 @@ def open_share(energy, model, seconds: float) -> tuple[float, float]:
 
 
 def _turns(model, seconds: float) -> float:
-    """How often the whole loop passes the sprocket."""
+    """Return the revolutions of the loop in ``seconds``."""
     return passed_pitches(model, seconds) / len(model.shoes.link_body)
 
 
-def path_energy(energy, model, seconds: float) -> float:
-    """Energy (J) that a step of order 1 may leave open in ``seconds``, however well contacts are resolved."""
-    turns = passed_pitches(model, seconds) / model.tooth.teeth
-    return PATH * model.step * abs(model.drive.rate) * turns * float(energy[:, ENERGY_NAMES.index("kinetic")].mean())
+def path_error(energy, model, seconds: float) -> float:
+    """Return the residual (J) that a step of order 1 may leave in ``seconds`` although contacts are resolved."""
+    turns, kinetic = passed_pitches(model, seconds) / model.tooth.teeth, energy[:, ENERGY_NAMES.index("kinetic")]
+    return PATH_ERROR * model.step * abs(model.drive.rate) * turns * float(kinetic.mean())
 
 
-def check_account(energy, model, seconds: float) -> None:
-    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
+def check_energy_balance(energy, model, seconds: float) -> None:
+    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large.
 
-    Contacts heavier than `scene.step.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
-    friction chatter from step to step until it drives what it should brake.
+    Under contact forces larger than `scene.step.step_limits` assumes (a very tight loop, bushings that hardly turn)
+    friction chatters from step to step until it adds energy.
     """
     share, exchanged = open_share(energy, model, seconds)
     remedy = f"use a step smaller than {model.step:g} s"
-    accepted = OPEN_SHARE + path_energy(energy, model, seconds) / exchanged
+    accepted = LARGEST_RESIDUAL + path_error(energy, model, seconds) / exchanged
     if not abs(share) <= accepted:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {accepted:.1%}: "
-            f"the step is too large for the contacts; {remedy}"
+            f"the energy balance of the run has a residual of {abs(share):.1%} of the energy exchanged, more than "
+            f"{accepted:.1%}: the step is too large for the contacts; {remedy}"
         )
     change = energy[-1] - energy[0]
     returned = seconds >= LONG_RECORD and _turns(model, seconds) >= 1.0
     for name in LOSSES:
         gained = -float(change[ENERGY_NAMES.index(name)])
-        if gained > GAINED_SHARE * exchanged and (name not in NORMAL_LOSSES or returned):
+        if gained > LARGEST_GAIN * exchanged and (name not in NORMAL_LOSSES or returned):
             raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts "
-                f"are heavier than the step limits reckon with and chatter from step to step; {remedy}"
+                f"{name.replace('_', ' ')} returned {gained:.3g} J over the run where it should dissipate energy: "
+                f"contact forces exceed those of the step limits, and contacts chatter from step to step; {remedy}"
             )
 
 
 def energy_residual(recording) -> float:
-    """Open rest of the energy balance as a share of the sprocket's work over the record.
+    """Return the residual of the energy balance as a share of the sprocket's work over the record.
 
-    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
-    absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.
+    The residual is the work of the sprocket less every dissipation and the change of kinetic, gravitational and bushing
+    energy. Normal contact is one term, since energy that Eq. 8 stores returns through it.
     """
     work, *others = recording.energy[-1] - recording.energy[0]
     return float(1.0 - sum(others) / work) if work else float("nan")

@@ -1,4 +1,4 @@
-"""Loop: one chain, settled and ready to run, that can be stepped, read, recorded, steered and copied."""
+"""Loop: a settled chain that can be stepped, read, recorded, steered and copied."""
 
 import copy
 from collections.abc import Callable, Iterator, Sequence
@@ -14,14 +14,7 @@ from trackdyn.model.arrays import Record, make_record
 from trackdyn.scene.build import wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
-from trackdyn.simulation.loop_arrays import (
-    LoopArrays,
-    allocate,
-    flat,
-    move_wheels,
-    read_only,
-    shift_tensioner,
-)
+from trackdyn.simulation.loop_arrays import LoopArrays, allocate, flatten, move_wheels, read_only, shift_tensioner
 from trackdyn.simulation.readings import Readings
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
@@ -30,25 +23,25 @@ from trackdyn.simulation.settling import SettledLoops, settle
 
 @typed
 class Loop(Readings):
-    """A chain on its wheels: its ``scene``, its ``layout`` (`Layout`), and where it is.
+    """A chain on its wheels: ``scene``, ``layout`` (`Layout`) and state.
 
-    The loop of the scene is laid, tensioned and settled, or taken from ``starts``, loops that were settled before; the
-    sprocket rests until the first step. A step that nobody chose follows the tension at which the loop settles:
-    ``model.step``. Methods that take steps raise `DivergenceError`, also here, if a body leaves the physical range, and
-    `InputError` if another thread steps this loop.
+    The loop of the scene is laid, tensioned and settled, or copied from ``starts``, loops that were settled before; the
+    sprocket rests until the first step. Without ``scene.step`` the step follows the tension at which the loop settles:
+    ``model.step``. Methods that take steps raise `DivergenceError` if a body leaves the physical range, as settling
+    does, and `InputError` if another thread steps this loop.
     """
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
-            raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
+            raise InputError("scene: chain = 'belt': has no state to step; use 'double_pin'")
         self.scene = scene
         self.arrays, self.layout = settle(scene, starts)
 
     @property
     def arrays(self) -> LoopArrays:
-        """Model, state and work themselves, to try a kernel or a step of one's own.
+        """Writable model, state and work, for kernels and steps of one's own.
 
-        Nothing that is written into them or assigned is checked, and kernels index arrays without bounds.
+        Values written or assigned are not checked, and kernels index arrays without bounds.
         """
         return self._written
 
@@ -59,7 +52,7 @@ class Loop(Readings):
         self._integration = Integration(self._written.work, self._written.optional)
 
     def _show(self, arrays: LoopArrays) -> None:
-        """Take arrays as they are, and show them to all others."""
+        """Set the arrays, and the read-only views of them."""
         self._written, self._views = arrays, read_only(arrays)
 
     def __getstate__(self) -> dict:
@@ -71,7 +64,7 @@ class Loop(Readings):
 
     @contextmanager
     def _exclusive(self) -> Iterator[None]:
-        """Refuse (`InputError`) other threads until the end of a call."""
+        """Refuse (`InputError`) other threads during a call."""
         if not self._lock.acquire(blocking=False):
             raise InputError("another thread steps this loop; give each thread a copy")
         try:
@@ -82,7 +75,7 @@ class Loop(Readings):
     def fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds.
 
-        ``changes`` are those of the model: steps a sample, sensors.
+        ``changes`` replace fields of the model: steps per sample, sensors.
         """
         with self._exclusive():
             self._integration(self._written.model._replace(**changes), self._written.state, record, first, last)
@@ -94,15 +87,15 @@ class Loop(Readings):
         self.fill(self._scratch, 0, 1, stride=int(within("count", count, 1, MOST_STEPS)))
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
-        """Integrate for a time (s) in whole steps; ``tick`` is called with the seconds that every chunk adds."""
+        """Integrate for a time (s) in whole steps; call ``tick`` with the seconds of every chunk."""
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._exclusive():
-            left = round(seconds / self.arrays.model.step)
-            while left:
-                count = min(left, max(round(CHUNK / self.arrays.model.step), 1))
+            remaining = round(seconds / self.arrays.model.step)
+            while remaining:
+                count = min(remaining, max(round(CHUNK / self.arrays.model.step), 1))
                 self.step(count)
                 tick(count * self.arrays.model.step)
-                left -= count
+                remaining -= count
 
     def record(
         self,
@@ -124,7 +117,7 @@ class Loop(Readings):
         Raises
         ------
         DivergenceError
-            Also if the contact chatters, or the energy balance stays open (`energy_balance.check_account`).
+            Also if contacts chatter, or the residual of the energy balance is too large (`check_energy_balance`).
         """
         requested = self.scene.with_(
             duration=seconds,
@@ -139,20 +132,20 @@ class Loop(Readings):
     # -- steering ------------------------------------------------------------------------------------------------------
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
-        """Change the motor speed (rev/min) on a ramp that is smooth at both ends and takes ``ramp`` s."""
-        now = sprocket_rate(self.arrays.model.drive, self.time)
+        """Change the motor speed (rev/min) over a ramp of ``ramp`` s that is smooth at both ends."""
+        start = sprocket_rate(self.arrays.model.drive, self.time)
         scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
         scene.with_(step=self.model.step)  # refused where the step is too large for the speed
         self.scene = scene
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        drive = self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time)
+        drive = self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(start), begin=self.time)
         self._show(self.arrays._replace(model=self.arrays.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line to ``shift`` (m) from its position in the rig.
 
-        ``layout.tensioner_shift_m`` has the present one. Raises `InputError`: beyond the travel, or the tensioner is
-        on a spring.
+        ``layout.tensioner_shift_m`` is the present shift. Raises `InputError`: the shift is beyond the travel, or the
+        tensioner is on a spring.
         """
         rig = self.scene.rig
         if self.scene.tension == "sprung":
@@ -161,7 +154,7 @@ class Loop(Readings):
         shift_tensioner(self.arrays.model, rig, shift)
         self.layout = self.layout._replace(tensioner_shift_m=float(shift))
 
-    # -- keeping -------------------------------------------------------------------------------------------------------
+    # -- copying -------------------------------------------------------------------------------------------------------
 
     def copy(self) -> "Loop":
         """Return an independent loop in the same state."""
@@ -170,10 +163,10 @@ class Loop(Readings):
     def changed(self, **fields: Any) -> "Loop":
         """Return an independent loop in the same state, with some fields of its scene replaced.
 
-        Step, integrator, motor speed, laws, masses and the like may change; bodies, joints and wheels may not.
-        The drive continues, or changes its speed from the present one (`drive`).
+        Step, integrator, motor speed, laws and masses may change; bodies, joints and wheels may not. The drive
+        continues, or changes its speed from the present one (`drive`).
 
-        Raises `InputError`: another chain, ring, joints or plane of motion would need another state.
+        Raises `InputError`: the chain, ring, joints or plane of motion differ, so that the state does not fit.
         """
         changed = Loop.__new__(Loop)
         changed.scene, changed.layout = self.scene.with_(**fields), self.layout
@@ -183,11 +176,9 @@ class Loop(Readings):
         step = allowed_step(changed.scene, changed.scene.time_step, self.layout.settled_tension_n)
         allocated = allocate(changed.scene, step)
         model, state = allocated.model, allocated.state
-        leaves, present = flat(state), flat(self.arrays.state)
+        leaves, present = flatten(state), flatten(self.arrays.state)
         if [leaf.shape for leaf in leaves.values()] != [leaf.shape for leaf in present.values()]:
-            raise InputError(
-                "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
-            )
+            raise InputError("scene: rig, space or joints differ, but a loop keeps bodies and joints; make a new Loop")
         before = self.arrays.model
         model.wheels.radius[:] = before.wheels.radius
         move_wheels(model, wheel_centres(self.scene.rig, before.wheels))

@@ -1,4 +1,4 @@
-"""Nested tuples of arrays that kernels read and write: made for a scene, viewed, set by users."""
+"""Nested tuples of arrays that kernels read and write: allocation, views, and the positions of wheels."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,23 +14,23 @@ from trackdyn.scene.build import make_carriers, wheel_centres
 from trackdyn.scene.scene import Scene
 
 
-def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
-    """Arrays and numbers of nested named tuples by dotted name; None has no entry."""
+def flatten(tree: Any, name: str = "") -> dict[str, np.ndarray]:
+    """Return the leaves of nested named tuples, arrays and numbers, by dotted name; None is no leaf."""
     leaves: dict[str, np.ndarray] = {}
-    mapped(lambda name, leaf: leaves.update({name: np.asarray(leaf)}), value, name)
+    tree_map(lambda name, leaf: leaves.update({name: np.asarray(leaf)}), tree, name)
     return leaves
 
 
-def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> Any:
-    """Nested named tuples with ``function(name, leaf)`` instead of every array and number; see `flat`."""
-    if hasattr(value, "_fields"):
+def tree_map(function: Callable[[str, Any], Any], tree: Any, name: str = "") -> Any:
+    """Map ``function(name, leaf)`` over the leaves of nested named tuples; names are dotted as in `flatten`."""
+    if hasattr(tree, "_fields"):
         prefix = f"{name}." if name else ""
-        return value._make(mapped(function, getattr(value, field), prefix + field) for field in value._fields)
-    return None if value is None else function(name, value)
+        return tree._make(tree_map(function, getattr(tree, field), prefix + field) for field in tree._fields)
+    return None if tree is None else function(name, tree)
 
 
 class LoopArrays(NamedTuple):
-    """Arguments of a kernel: constants, motion, and everything computed from them."""
+    """Arguments of a kernel: constants, motion, and the arrays computed from both."""
 
     model: Model
     state: State
@@ -39,7 +39,7 @@ class LoopArrays(NamedTuple):
 
 
 def read_only(arrays: LoopArrays) -> LoopArrays:
-    """Read-only views of a loop's arrays."""
+    """Return read-only views of a loop's arrays."""
 
     def view(_: str, leaf: Any) -> Any:
         if isinstance(leaf, np.ndarray):
@@ -47,11 +47,11 @@ def read_only(arrays: LoopArrays) -> LoopArrays:
             leaf.flags.writeable = False
         return leaf
 
-    return mapped(view, arrays)
+    return tree_map(view, arrays)
 
 
 def allocate(scene: Scene, step: float) -> LoopArrays:
-    """Arrays of a scene with a step (s), every one of the state and the work 0."""
+    """Allocate the arrays of a scene with a step (s), state and work filled with zeros."""
     model = copy_wheels(scene.model_of_step(step))
     model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
     state, work, optional = make_arrays(model, METHODS[scene.integrator])
@@ -76,7 +76,7 @@ def move_wheels(model: Model, centres: np.ndarray) -> None:
 
 
 def copy_wheels(model: Model) -> Model:
-    """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
+    """Return a model whose wheels and ring can change: copies of the arrays that scenes share."""
     wheels = model.wheels
     wheels = wheels._replace(**{name: getattr(wheels, name).copy() for name in ("present", "x", "y", "radius")})
     space = model.space

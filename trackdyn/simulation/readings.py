@@ -1,4 +1,4 @@
-"""Readings of a loop: where its bodies are, how fast they move, what its joints and wheels bear."""
+"""Quantities of a loop: positions, velocities, joint forces, energies and sensor signals."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,17 +13,17 @@ from trackdyn.simulation.loop_arrays import LoopArrays
 
 
 def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:
-    """Eq. (40): ``a_t = a_s + A_t^T G``, (..., 2) in the link frame, m/s2; +gravity along y at rest on a level link.
+    """Return the specific force ``a_t = a_s + A_t^T G`` (Eq. 40), (..., 2) in the link frame, m/s2.
 
-    ``acceleration`` (..., 2) of the sensor's point is in the link frame already, m/s2; ``angle`` (...) is that of the
-    link's x axis, rad.
+    At rest on a level link it is ``gravity`` along y. ``acceleration`` (..., 2) is that of the sensor's point in the
+    link frame, m/s2; ``angle`` (...) is that of the link's x axis, rad.
     """
     projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
     return np.asarray(acceleration, dtype=float) + projection
 
 
-def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
-    """(..., 2) what sensors report (Eq. 40), along their bodies and along the outward normals, g, up to ``limit`` (g).
+def sensor_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
+    """Return signals of sensors (Eq. 40), (..., 2) along the body and the outward normal, clipped at ``limit``, g.
 
     ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
     """
@@ -31,9 +31,9 @@ def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
 
 
 class Readings:
-    """Present state of a loop that has ``n`` bodies, ``p`` pitches, ``w`` wheels and ``k`` sensors.
+    """Present quantities of a loop that has ``n`` bodies, ``p`` pitches, ``w`` wheels and ``k`` sensors.
 
-    ``model``, ``state`` and ``work`` are read-only views of what kernels write (`trackdyn.model`); ``arrays`` can be
+    ``model``, ``state`` and ``work`` are read-only views of the arrays of kernels (`trackdyn.model`); ``arrays`` can be
     written to, unchecked.
     """
 
@@ -83,10 +83,10 @@ class Readings:
 
     @property
     def joint_forces(self) -> np.ndarray:
-        """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
+        """(n, 2) force of body i on body i + 1 through the joint between them in the last step, N.
 
-        Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
-        contacts of the present state, one step later.
+        It follows from Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that
+        step and the contacts of the present state, one step later.
         """
         chain, work, sweep = self.arrays.model.chain, self.arrays.work, self.arrays.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
@@ -117,6 +117,6 @@ class Readings:
 
     @property
     def _arms(self) -> np.ndarray:
-        """(n, 2) from the input pin of each body to its mass centre, m."""
+        """(n, 2) vectors from the input pin of each body to its mass centre, m."""
         chain, work = self.arrays.model.chain, self.arrays.work
         return np.column_stack(rotated.py_func(chain.com_x, chain.com_y, work.cos, work.sin))

@@ -22,7 +22,7 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.readings import readings
+from trackdyn.simulation.readings import sensor_signal
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import Resolution
 from trackdyn.version import __version__
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = 14
-# Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
-# which its rate is not quite reached, and a thousandth of the speed changes no measure by more than that.
-SAME_RATE = 1e-3
-LARGEST = 1e12  # value of a record in SI units that is still taken for motion
+# Relative tolerance of the sprocket's rate: at the end of a ramp the rate lags by up to half a step, and no measure
+# changes by more than the speed.
+RATE_TOLERANCE = 1e-3
+LARGEST = 1e12  # largest physical value of a record, SI units
 
 
 @dataclass(frozen=True)
 class Recording(Samples):
-    """Arrays of a run, those of `Samples` and what belongs to them.
+    """Arrays of a run (`Samples`), their times and their provenance.
 
     It has ``s`` samples, ``k`` sensors, ``p`` recorded pitches, ``w`` wheels and ``n`` bodies.
     """
@@ -48,8 +48,7 @@ class Recording(Samples):
     time: np.ndarray
     #: (p,) integers, the recorded pitches, 1-based.
     pitches: np.ndarray
-    #: (c,) every contact with the sprocket that ended (`model.arrays.CONTACT_INTERVAL`); times since the start of the
-    #: run.
+    #: (c,) contacts with the sprocket that ended (`model.arrays.CONTACT_INTERVAL`); times since the start of the run.
     contact_log: np.ndarray
     #: Time since the start of the run at which the record begins, s.
     begin: float
@@ -63,15 +62,15 @@ class Recording(Samples):
     wall: float = field(default=float("nan"), compare=False)
 
     def __post_init__(self) -> None:
-        """Let nobody write into the arrays: measures of one recording are those of its run."""
+        """Make the arrays read-only: measures of a recording are those of its run."""
         for name in self.ARRAYS:
             if isinstance(array := getattr(self, name), np.ndarray):
-                own = array.view()  # the loop may go on in the array itself
-                own.setflags(write=False)
-                object.__setattr__(self, name, own)
+                view = array.view()  # the loop may continue to write into the array
+                view.setflags(write=False)
+                object.__setattr__(self, name, view)
 
     def __repr__(self) -> str:
-        """Two lines: what was recorded, of which scene."""
+        """Return the record and its scene in two lines."""
         state = self.resolution.state
         return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {state}; of\n {self.scene!r}>"
 
@@ -85,11 +84,11 @@ class Recording(Samples):
         }  # fmt: skip
         return html_table("Recording", record | self.scene.rows())
 
-    ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
+    ARRAYS: ClassVar[tuple[str, ...]]  # names of the arrays of the file
 
     @classmethod
     def of_record(cls, record: Record, rate: float, **others: Any) -> "Recording":
-        """A filled record of ``rate`` samples per second as a recording, with the ``others`` of its fields.
+        """Return the recording of a filled record of ``rate`` samples per second; ``others`` are further fields.
 
         Raises `DivergenceError` as `checked`.
         """
@@ -104,33 +103,33 @@ class Recording(Samples):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that was run."""
+        """Scene of the run."""
         rig = Rig.model_validate(self.meta["rig"]).called(self.meta.get("rig_name", ""))
         return Scene(rig, **self.meta["scene"])
 
     @property
     def origin(self) -> str:
-        """Return program, rig and scene of the recording in one line, with the hash of the kernels' sources."""
+        """Program, rig and scene of the recording in one line, with the hash of the kernels' sources."""
         version, scene = self.meta["versions"].get("trackdyn", "of an unknown version"), self.scene
         return f"trackdyn {version} (sources {self.meta['sources']}): rig {scene.rig.summary}; {scene.summary}"
 
     @property
     def layout(self) -> Layout:
-        """How the loop was laid."""
+        """Layout of the settled loop."""
         return Layout(**self.meta["layout"])
 
     @property
     def resolution(self) -> Resolution:
-        """Whether the step resolves the record."""
+        """Resolution of the record by its step."""
         return Resolution(**self.meta.get("resolved", {}))
 
     @property
     def sensors(self) -> dict[str, SensorParameters]:
-        """The sensors by name, the rig's first (`Scene.sensors`)."""
+        """Sensors by name, the rig's first (`Scene.sensors`)."""
         return self.scene.sensors
 
     def sensor_index(self, sensor: str | int) -> int:
-        """Index of a sensor that is given by name or index, from 0; `InputError` if there is none."""
+        """Return the index (from 0) of a sensor that is specified by name or index; `InputError` if there is none."""
         names = list(self.sensors)
         if isinstance(sensor, str):
             if sensor not in names:
@@ -139,29 +138,29 @@ class Recording(Samples):
         return int(within("sensor", sensor, 0, len(names) - 1, ", an index of the recording's sensors"))
 
     def with_sensor(self, sensor: str | int) -> "Recording":
-        """Return the recording as one of a rig that carries this sensor alone; ``link_position`` stays."""
+        """Return the recording as one of a rig that has only this sensor; ``link_position`` is unchanged."""
         index = self.sensor_index(sensor)
         if len(self.sensors) == 1:
             return self
-        alone = list(self.sensors.values())[index].model_dump(mode="json")
-        rig = self.meta["rig"] | {"sensors": {"sensor": alone}}
+        parameters = list(self.sensors.values())[index].model_dump(mode="json")
+        rig = self.meta["rig"] | {"sensors": {"sensor": parameters}}
         meta = self.meta | {"rig": rig, "scene": self.meta["scene"] | {"every_link": False}}
         return replace(self, raw=self.raw[:, [index]], mean=self.mean[:, [index]], meta=meta)
 
     def recorded_pitch(self, pitch: int) -> int:
-        """Return the index in ``pitches`` of a pitch, from 1; `InputError` if there is none, or it was not recorded."""
+        """Return the index in ``pitches`` of a pitch (from 1); `InputError` if it was not recorded."""
         if pitch not in range(1, (count := self.scene.rig.chain.pitches) + 1):
             raise InputError(f"pitch = {shown(pitch)}: is not a pitch of this chain; 1 to {count} are")
         if pitch not in (recorded := self.pitches.tolist()):
-            some = f"{', '.join(map(str, recorded[:8]))}{', ...' * bool(recorded[8:])}" if recorded else "none"
+            listed = f"{', '.join(map(str, recorded[:8]))}{', ...' * bool(recorded[8:])}" if recorded else "none"
             remedy = (
                 "a belt has no contacts" if self.scene.chain == "belt" else f"run the scene with `pitches: {pitch}`"
             )
-            raise InputError(f"pitch = {shown(pitch)}: was not recorded; the recording has {some}; {remedy}")
+            raise InputError(f"pitch = {shown(pitch)}: was not recorded; the recording has {listed}; {remedy}")
         return recorded.index(pitch)
 
     def to_frame(self, pitches: Sequence[int] | int | None = None) -> "pd.DataFrame":
-        """Return the record as a table with a row a sample.
+        """Return the record as a table with one row per sample.
 
         Parameters
         ----------
@@ -171,8 +170,8 @@ class Recording(Samples):
         Returns
         -------
         DataFrame
-            ``t_s``, the end of the sample interval; ``ax_g`` and ``ay_g`` of the sensor, as `sense` returns them, with
-            its name in front where there are several; of pitch 17 ``pitch_17_left_n``, ``pitch_17_right_n`` and
+            ``t_s``, the end of the sample interval; ``ax_g`` and ``ay_g`` of the sensor, as `sense` returns them,
+            prefixed by its name if there are several; of pitch 17 ``pitch_17_left_n``, ``pitch_17_right_n`` and
             ``pitch_17_ring_n``, normal forces of both arcs and of the ring, and ``pitch_17_left_area``,
             ``pitch_17_left_groove`` and the same of the right arc, which are 0 without contact.
 
@@ -181,18 +180,18 @@ class Recording(Samples):
         InputError
             A pitch was not recorded.
         """
-        import pandas as pd  # half a second that a run does without
+        import pandas as pd  # takes half a second, which runs do not need
 
         columns = {"t_s": self.time}
         for k, (name, sensor) in enumerate(self.sensors.items()):
-            before = f"{name.replace(' ', '_')}_" if len(self.sensors) > 1 else ""
-            signal = readings(self.mean[:, k], self.scene.rig, sensor.range)
-            columns |= {f"{before}ax_g": signal[:, 0], f"{before}ay_g": signal[:, 1]}
-        for k in range(len(self.pitches)) if pitches is None else map(self.recorded_pitch, listed(pitches)):
-            before = f"pitch_{self.pitches[k]}_"
-            columns |= {f"{before}{side}_n": self.force[:, k, i] for i, side in enumerate(SIDES)}
+            prefix = f"{name.replace(' ', '_')}_" if len(self.sensors) > 1 else ""
+            signal = sensor_signal(self.mean[:, k], self.scene.rig, sensor.range)
+            columns |= {f"{prefix}ax_g": signal[:, 0], f"{prefix}ay_g": signal[:, 1]}
+        for k in range(len(self.pitches)) if pitches is None else map(self.recorded_pitch, as_list(pitches)):
+            prefix = f"pitch_{self.pitches[k]}_"
+            columns |= {f"{prefix}{side}_n": self.force[:, k, i] for i, side in enumerate(SIDES)}
             for i, side in enumerate(SIDES[:2]):
-                columns |= {f"{before}{side}_area": self.area[:, k, i], f"{before}{side}_groove": self.groove[:, k, i]}
+                columns |= {f"{prefix}{side}_area": self.area[:, k, i], f"{prefix}{side}_groove": self.groove[:, k, i]}
         return pd.DataFrame(columns)
 
     @property
@@ -209,10 +208,10 @@ class Recording(Samples):
     def periods(self) -> Periods:
         """Periods of sprocket, loop and pitch at the scene's speed.
 
-        Raises `InputError`: the sprocket does not hold this speed over the record, but is on a ramp (`Loop.drive`).
+        Raises `InputError`: the speed changes within the record (`Loop.drive`).
         """
         prescribed, recorded = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET]
-        if (abs(recorded - prescribed) > SAME_RATE * prescribed).any():
+        if (abs(recorded - prescribed) > RATE_TOLERANCE * prescribed).any():
             to_rpm = 60 / (2 * pi) * self.scene.rig.sprocket.transmission_ratio
             raise InputError(
                 f"recording: the motor speed goes from {recorded.min() * to_rpm:.4g} to {recorded.max() * to_rpm:.4g} "
@@ -222,9 +221,9 @@ class Recording(Samples):
         return self.scene.periods
 
     def checked(self) -> "Recording":
-        """Return this recording if all its numbers are finite, and none is beyond `LARGEST`.
+        """Return this recording if its numbers are finite and at most `LARGEST`.
 
-        Raises `DivergenceError`, which names the first array that holds another one.
+        Raises `DivergenceError`, which names the first other array.
         """
         for name in self.ARRAYS:
             values = getattr(self, name)
@@ -232,15 +231,15 @@ class Recording(Samples):
             if not np.abs(array).max(initial=0) <= LARGEST:
                 wrong = f"beyond {LARGEST:g}" if np.isfinite(array).all() else "that is not a finite number"
                 raise DivergenceError(
-                    f"the run left the physical range: {name} holds a value {wrong}; use a smaller step or a milder rig"
+                    f"the run left the physical range: {name} has a value {wrong}; use a smaller step or a milder rig"
                 )
         return self
 
     @typed
     def save(self, path: Path | str, compress: bool = False) -> None:
-        """Write an npz file, or replace one, under a temporary name first: an interruption leaves no half file.
+        """Write the recording to an npz file; an interruption leaves no partial file.
 
-        If it is to be compressed it takes a fifth less, and some time. Raises `InputError`: it cannot be written.
+        With ``compress`` the file is a fifth smaller and takes longer. Raises `InputError`: it cannot be written.
         """
         arrays = {name: getattr(self, name) for name in self.ARRAYS}
         write_npz(path, self.meta | {"format": FORMAT}, arrays, compress)
@@ -249,20 +248,20 @@ class Recording(Samples):
 Recording.ARRAYS = tuple(array.name for array in fields(Recording) if array.name not in ("meta", "wall"))
 
 
-def listed(pitches: Sequence[int] | int) -> list:
+def as_list(pitches: Sequence[int] | int) -> list:
     """Return one pitch or several as a list."""
     return np.asarray(pitches).ravel().tolist() if isinstance(pitches, np.ndarray | int) else list(pitches)
 
 
 @cache
-def made_with() -> tuple[str, dict[str, str]]:
-    """Hash of the kernels' sources and versions of what computes, both of this process: looked up once."""
+def sources_and_versions() -> tuple[str, dict[str, str]]:
+    """Return the hash of the kernels' sources, and the versions of the packages that compute, of this process."""
     return source_hash(), {"trackdyn": __version__} | {name: version(name) for name in ("numpy", "numba", "scipy")}
 
 
 def provenance(scene: Scene, layout: Layout) -> dict:
-    """Scene, rig, layout, versions and sources."""
-    described, (sources, versions) = scene.describe(), made_with()
+    """Return the ``meta`` of a recording: scene, rig, layout, versions and the hash of the sources."""
+    described, (sources, versions) = scene.describe(), sources_and_versions()
     return {
         "scene": {name: value for name, value in described.items() if name != "rig"},
         "rig": described["rig"],
@@ -276,7 +275,7 @@ def provenance(scene: Scene, layout: Layout) -> dict:
 
 @typed
 def load_recording(path: Path | str) -> Recording:
-    """Read the file that `Recording.save` wrote.
+    """Read a file that `Recording.save` wrote.
 
     Raises `InputError`: it is missing, damaged, no recording, or has another format.
     """

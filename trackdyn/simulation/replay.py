@@ -1,7 +1,7 @@
-"""A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
+"""Replay: repeat a short stretch of a run with the motion and the forces of every body.
 
-A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and what
-its joints carried comes from running the recording's own scene again; where both hold a number, they are compared.
+A recording has the arrays that measures need, mainly of the sensor's link. Positions, contact forces and joint forces
+of all bodies follow from its scene, run again; numbers in both are compared.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from trackdyn.rig.layout import wheel_names
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 
-FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
-STANDING = 3.0  # length of the stretch where no sprocket turns, s
+FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: bounds the page
+AT_REST = 3.0  # length of the stretch if the sprocket does not turn, s
 LONGEST_STRETCH = 60.0  # s
-# steps times bodies above which a lead-in is not run again whole, and the time at speed (s) that is run instead
+# steps times bodies above which the lead-in is shortened, and its time at speed (s) then
 LEAD_COST, SHORT_LEAD = 6e8, 5.0
 
 
@@ -37,31 +37,31 @@ class Replay:
     # list of f (k, 9) side, position x, y (m), normal force x, y (N), area and groove (0 without), body, wheel
     contacts: list[np.ndarray]
     tension: np.ndarray  # (f, n) magnitude of the force in the joint behind each body, N
-    # (f, n) where this joint is on its way around the loop, in pitches since the first touch of the sprocket
+    # (f, n) position of this joint along the loop, in pitches from the first contact with the sprocket
     along: np.ndarray
-    spans: np.ndarray  # (w, 2) where each wheel is touched on this way: begin and end, pitches; NaN without contact
+    spans: np.ndarray  # (w, 2) begin and end of contact with each wheel along the loop, pitches; NaN without contact
     record: Record  # over the stretch, with all pitches
-    begins: float  # time since the start of the run at which the stretch begins, s
+    begin: float  # time since the start of the run at which the stretch begins, s
     # (2,) largest difference from the recording of the sensor's position (m) and its mean acceleration (m/s2); None if
-    # the record does not hold the stretch
+    # the lead-in was shortened
     apart: np.ndarray | None
 
     @property
     def names(self) -> list[str]:
-        """Names of the wheels, in words."""
+        """Names of the wheels, with spaces."""
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
 def replay(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
-    """Run the scene of a recording again and look at its first ``seconds``; by default a turn of the sprocket.
+    """Run the scene of a recording again and return its first ``seconds`` (default: a turn of the sprocket).
 
-    Raises `InputError` where ``seconds`` is out of range (60 at most) and for a belt, which has no bodies, and
+    Raises `InputError` if ``seconds`` is out of range (60 at most) or the chain a belt, which has no bodies; and
     `DivergenceError`.
     """
     scene, period = recording.scene, recording.periods.turn
     rate = scene.rig.rate
     if seconds is None:
-        seconds = min(period, LONGEST_STRETCH) if np.isfinite(period) else STANDING
+        seconds = min(period, LONGEST_STRETCH) if np.isfinite(period) else AT_REST
         seconds = max(min(seconds, recording.seconds), 1 / rate)
     else:
         seconds = within("seconds", seconds, 1 / rate, LONGEST_STRETCH, " s")
@@ -69,9 +69,9 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     stride = max(1, round(seconds * rate / frames))
     frames = max(1, int(seconds * rate / stride + 1e-6))
     loop = Loop(scene)
-    begins, complete = recording.begin, True
-    if (begins - scene.ramp) / scene.time_step * scene.bodies > LEAD_COST:
-        begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
+    begin, complete = recording.begin, True
+    if (begin - scene.ramp) / scene.time_step * scene.bodies > LEAD_COST:
+        begin, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "replaying",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
     model, state = loop.model, loop.state
@@ -79,12 +79,12 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     record = make_record(frames * stride, state, len(model.sensors.body), range(1, pitches + 1))
     bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
     tension, contacts = np.zeros((frames, n)), []
-    with tqdm(total=begins + seconds + 1e-6, **bar) as progress_bar:
-        loop.advance(begins, progress_bar.update)
-        begins = loop.time
+    with tqdm(total=begin + seconds + 1e-6, **bar) as progress_bar:
+        loop.advance(begin, progress_bar.update)
+        begin = loop.time
         for k in range(frames):
             loop.fill(record, k * stride, (k + 1) * stride)
-            pins = loop.pins  # makes all else that of this instant
+            pins = loop.pins  # refreshes the work of this instant
             bodies[k] = np.column_stack([pins[:n], state.angle])
             around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])
             turned[k] = state.wheel_angle[SPROCKET]
@@ -103,13 +103,13 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     apart = np.array([distance, np.abs((rows.mean[:both] - recording.mean[:both, :sensors])[..., :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
-        (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,
+        (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begin,
         apart if complete else None,
     )  # fmt: skip
 
 
 def _contacts(loop: Loop) -> np.ndarray:
-    """(k, 9) contacts of the present state; see `Replay`."""
+    """Return the (k, 9) contacts of the present state; see `Replay`."""
     work = loop.work
     rows = work.contact[: work.count[0]]
     rows = rows[(rows["kind"] != GUIDE) & components(rows, "normal").any(axis=1)]
@@ -123,7 +123,7 @@ def _contacts(loop: Loop) -> np.ndarray:
 
 
 def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
-    """Where wheels are touched on the way around the loop, and the way's origin: the first touch of the sprocket."""
+    """Return `Replay.spans` and their origin along the loop: the first contact with the sprocket."""
     spans, origin = np.full((wheels, 2), np.nan), 0.0
     for wheel in range(wheels):
         touched = [

@@ -1,6 +1,6 @@
-"""A loop that is brought to rest: marched in chunks, its rates damped at the end of each.
+"""Rest: integrate a loop in chunks and damp its rates at the end of each.
 
-At rest no body turns fast, and what accelerates a body from one step to the next is small beside the tension.
+At rest the rates of all bodies, and the unbalanced forces on them as a share of the tension, are small.
 """
 
 from math import inf, pi
@@ -21,23 +21,24 @@ from trackdyn.simulation.loop_arrays import copy_wheels, shift_tensioner
 
 # Length of a chunk, s, and the factor by which every rate is multiplied at its end.
 CHUNK, DAMPING = 1e-3, 0.985
-# At rest, the mean tension of two periods (s) of `PERIOD` differs by at most the share `EVEN`; the longest rest, s.
+# Strands are equalized if the mean tension of two periods of `PERIOD` (s) differs by at most the share `EVEN`; longest
+# time for it, s.
 PERIOD, EVEN, LONGEST_REST = 0.1, 0.0025, 4.0
-# Longest wait for bodies that still swing when the strands have equal tension, s.
+# Longest time for bodies that still swing when the strands have equal tension, s.
 LONGEST_SWING = 2.0
-# A body at rest turns by at most so much, rad/s (shipped rigs: 0.03), and is accelerated from one step to the next by
-# at most this share of the tension (shipped rigs: 0.0005; a loop that chatters: 1).
+# Largest rate of a body at rest, rad/s (shipped rigs: 0.03), and largest unbalanced force on it as a share of the
+# tension (shipped rigs: 0.0005; a loop that chatters: 1).
 SLOW, BALANCED = 0.1, 0.02
-# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
+# Largest load of an arc at rest over tension plus weight of the chain.
 MOST_LOAD = 4.0
 
 
-class Restless(InputError):
-    """A loop that does not come to rest."""
+class NotSettledError(InputError):
+    """Error of a loop that does not come to rest."""
 
 
 class DampedLoop:
-    """The chain of an assembly, in the plane, the sprocket at rest, first without teeth and with the rig's own ring."""
+    """Planar chain of an assembly with the sprocket at rest, first without teeth and with the rig's own ring."""
 
     def __init__(self, scene: Scene, assembly: Assembly, step: float):
         self.scene = scene
@@ -50,7 +51,7 @@ class DampedLoop:
         model = copy_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = scene.rig.sprocket.ring_radius
-        # at rest rolling resistance would keep the strands' tensions apart for seconds
+        # at rest, rolling resistance would keep the tensions of the strands different for seconds
         model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
             drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None,
@@ -70,7 +71,7 @@ class DampedLoop:
         self._samples = Integration(self.work, self._optional)
 
     def __getstate__(self) -> dict:
-        """All but the scene, which whoever copies a loop sets anew, and what is made of the rest."""
+        """Return the attributes except the scene, which the caller sets again, and those that `_begin` makes."""
         return {name: value for name, value in vars(self).items() if name not in ("scene", "record", "_samples")}
 
     def __setstate__(self, state: dict) -> None:
@@ -78,11 +79,11 @@ class DampedLoop:
         self._begin()
 
     def tension(self) -> float:
-        """Tension of the chain at the cut joint, in the middle of the last strand, N."""
+        """Return the tension of the chain at the cut joint, in the middle of the last strand, N."""
         return float(np.hypot(*self.work.sweep.load[:2]))
 
     def chunk(self) -> None:
-        """March one chunk, and damp the rates at its end."""
+        """Integrate one chunk and damp the rates at its end."""
         self._integrate(self.model)
         self.scale_rates(DAMPING)
 
@@ -99,29 +100,29 @@ class DampedLoop:
             state.slide[name] *= factor
 
     def rest(self, seconds: float) -> None:
-        """March for a time (s), damped."""
+        """Integrate for a time (s) with damping."""
         for _ in range(round(seconds / CHUNK)):
             self.chunk()
 
     def engage_teeth(self, seconds: float) -> None:
-        """Turn the sprocket where no arc is deep in its teeth, then stiffen them over a time (s)."""
+        """Turn the sprocket to the angle of least penetration, then stiffen its teeth over a time (s)."""
         tooth = self.model.tooth._replace(present=1)
         start = self.state.wheel_angle[SPROCKET]
-        # from the angle with a groove under the middle connector outward, to both sides
+        # from the angle with a groove under the middle connector to both sides
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
         cost = [max(arc_depths(self.scene, self.model, self.work, angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
-        full = tooth.law.stiffness
+        stiffness = tooth.law.stiffness
         chunks = round(seconds / CHUNK)
         for i in range(chunks):
-            law = tooth.law._replace(stiffness=full * 10 ** (-4 * (1 - (i + 1) / chunks)))
+            law = tooth.law._replace(stiffness=stiffness * 10 ** (-4 * (1 - (i + 1) / chunks)))
             self.model = self.model._replace(tooth=tooth._replace(law=law))
             self.chunk()
 
     def change_ring(self, radius: float | None) -> None:
-        """Grow or shrink the ring to a radius (m); a ring that is not there shrinks until it touches no link."""
+        """Change the ring to a radius (m); None shrinks it until it touches no link."""
         rig, wheels = self.scene.rig, self.model.wheels
         start = float(wheels.radius[SPROCKET])
         end = Scene.ring_range(rig)[0] - rig.chain.link_thickness if radius is None else radius
@@ -130,8 +131,8 @@ class DampedLoop:
             wheels.radius[SPROCKET] = start + (end - start) * (i + 1) / chunks
             self.chunk()
 
-    def release_carriers(self) -> None:
-        """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
+    def release_suspensions(self) -> None:
+        """Release the suspended wheels; springs without a preload in the rig hold them where they are."""
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
         slide = np.zeros(len(carriers.wheel))
@@ -141,7 +142,7 @@ class DampedLoop:
         self.rest(0.4)
 
     def equalize_strands(self) -> float:
-        """Mean tension of strands that have come to equal tension, N. Raises as `come_to_rest`: they do not."""
+        """Integrate until the strands have equal tension; return its mean, N. Raises as `come_to_rest`."""
         mean = inf
         for _ in range(round(LONGEST_REST / PERIOD)):
             loads = []
@@ -155,7 +156,7 @@ class DampedLoop:
         return mean
 
     def at_rest(self) -> bool:
-        """Take a step; whether no body turns fast, and what accelerates one is small beside the tension."""
+        """Take a step; return whether rates and unbalanced forces are below `SLOW` and `BALANCED`."""
         chain, rate = self.model.chain, self.state.rate.copy()
         self._integrate(self.model._replace(stride=1))
         force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
@@ -163,20 +164,20 @@ class DampedLoop:
         return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)
 
     def come_to_rest(self) -> bool:
-        """Wait until the loop rests; whether it did so at once. Raises `Restless`: it never does."""
+        """Integrate until the loop is at rest; return whether it was at once. Raises `NotSettledError`."""
         if self.at_rest():
             return True
         for _ in range(round(LONGEST_SWING / PERIOD)):
             self.rest(PERIOD)
             if self.at_rest():
                 return False
-        raise Restless(
+        raise NotSettledError(
             f"the loop does not come to rest: settled in steps of {self.model.step:.3g} s a body still turns at "
-            f"{self.swing:.2g} rad/s or is thrown to and fro; use less tension, softer contacts or heavier bodies"
+            f"{self.swing:.2g} rad/s or alternates; use less tension, softer contacts or heavier bodies"
         )
 
     def check_meshing(self) -> None:
-        """Refuse (`InputError`) a loop at rest with an arc deeper in a tooth than its load explains."""
+        """Refuse (`InputError`) a loop at rest with an arc deeper in a tooth than elastic contact explains."""
         if not self.model.tooth.present:
             return
         angle, tension = float(self.state.wheel_angle[SPROCKET]), self.scene.rig.tension.pre_tension
@@ -190,9 +191,9 @@ class DampedLoop:
 
 
 def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:
-    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
+    """Return the (2 p,) depths (m) of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf beyond it.
 
-    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
+    The contact search (Eqs. 20 to 23) is limited to depths below r_C and would miss an arc deep inside a tooth.
     """
     body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
     centres = np.column_stack([
@@ -203,7 +204,7 @@ def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarr
 
 
 def explained_depth(model: Model, tension: float) -> float:
-    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
+    """Return the largest depth of elastic contact with a tooth at rest, m, that of an arc under `MOST_LOAD`."""
     tooth = model.tooth
     load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
     widest = float(tooth.radius.max()) + tooth.arc_radius

@@ -1,4 +1,4 @@
-"""Check of a rig file before anything runs: the loop that it makes, the steps that it allows, unusual values."""
+"""Check of a rig before a run: its loop, its step limits, and its unusual values."""
 
 from dataclasses import dataclass, replace
 from math import degrees, gcd, hypot, nan
@@ -20,24 +20,24 @@ from trackdyn.simulation.step_check import NO, RECOMMENDED
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
-TRIAL_S, RAMP_S = 1.0, 0.3  # s at speed, and until then
-MOST_STEPS = 1_000_000  # of all trials of a check: some seconds of computing
+TRIAL_S, RAMP_S = 1.0, 0.3  # s at speed, and of the ramp
+MOST_STEPS = 1_000_000  # of all trials of a check: takes some seconds
 COARSEST_STEP_S = 1e-4
 
 
 @dataclass(frozen=True)
 class RigReport:
-    """Loop, step limits and unusual values of a rig (`check`); NaN and nothing where no loop was settled."""
+    """Loop, step limits and unusual values of a rig (`check`); NaN, None or empty if no loop was settled."""
 
     rig: Rig
     rpm: float  # rev/min of the steps
     length_m: float  # of the chain
     wrap_deg: dict[str, float]  # by the name of a wheel that the taut chain lies on
-    wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
+    wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces of the loop, m
     frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
-    tensioner_shift_m: float  # as the loop stands
+    tensioner_shift_m: float  # of the loop
     largest_step_s: float  # bound of stability
-    step_s: float  # the largest step that holds RMS and mean peak to `RECOMMENDED` with half of it
+    step_s: float  # the largest step for which RMS and mean peak differ from those of half of it by `RECOMMENDED`
     tried_steps_s: list[float]
     layout: Layout | None  # of the settled loop, with its tension
     unusual: list[str]  # sentences
@@ -45,9 +45,9 @@ class RigReport:
 
 @typed
 def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> RigReport:
-    """Lay the loop of a rig, or of its file or name, and with ``settle`` tension it and try steps at ``rpm`` (rev/min).
+    """Check a rig: lay its loop and, with ``settle``, tension it and try steps at ``rpm`` (rev/min).
 
-    Raises `InputError`: the loop cannot be laid.
+    ``rig`` is a rig, its file or its name. Raises `InputError`: the loop cannot be laid.
     """
     rig = rig if isinstance(rig, Rig) else load_rig(rig)
     lengths = body_lengths(rig, rig.chain.kind)
@@ -69,28 +69,28 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
     report.wheels[:, 0], report.wheels[:, 1] = model.wheels.x, model.wheels.y
     load = loop.work.wheel_force.sum(axis=0)
     if idle := [names[k] for k in range(1, len(names)) if load[k] == 0.0]:
-        report.unusual.append(f"at rest nothing lies on {', '.join(idle)}")
-    holds, tried = try_steps(loop, rpm)
+        report.unusual.append(f"at rest the chain has no contact with {', '.join(idle)}")
+    step_s, tried = try_steps(loop, rpm)
     return replace(
         report,
         frame=np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]]),
         tensioner_shift_m=loop.layout.tensioner_shift_m,
         largest_step_s=min(step, largest_step(model, loop.layout.settled_tension_n)),
-        step_s=nan if holds is None else holds,
+        step_s=nan if step_s is None else step_s,
         tried_steps_s=tried,
         layout=loop.layout,
     )
 
 
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
-    """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to `RECOMMENDED`.
+    """Halve the step of a short run at ``rpm`` (rev/min) until RMS and mean peak change by at most `RECOMMENDED`.
 
-    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran; runs take
-    `MOST_STEPS` together.
+    Returns the largest step (s) that differs from half of it by so little, or None, and the steps of all runs, which
+    take at most `MOST_STEPS` together.
     """
     sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
-    # a scene is judged at the pre-tension, a loop at the tension that it settles at
+    # limits of a scene are those at the pre-tension, limits of a loop those at the tension at which it settles
     tensions = settled.layout.settled_tension_n, settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before: Recorder | None = None
@@ -127,13 +127,13 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
         for k in range(i + 1, len(names)):
             if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
                 both = f"{names[i]} and {names[k]}"
-                remarks.append(f"{both} overlap in the view from the side: they must stand beside each other")
+                remarks.append(f"{both} overlap in the side view: they must have different axial positions")
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         remarks.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
     weight, span = longest_strand(rig, path)
     if rig.gravity and weight * span > DEEP_SAG * (flat := 8 * rig.tension.pre_tension):
-        sag = f"{weight * span / flat:.0%}" if weight * span < 0.5 * flat else "half or more"  # no parabola any more
+        sag = f"{weight * span / flat:.0%}" if weight * span < 0.5 * flat else "half or more"  # beyond a parabola
         remarks.append(f"the longest strand, {span:.3g} m, sags by {sag} of its span")
     if step < SHORT_STEP:
         remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")

@@ -1,10 +1,10 @@
-"""Where a run begins: the loop laid on its wheels, tensioned and at rest.
+"""Settling: lay the loop on its wheels, tension it and bring it to rest.
 
 1. The chain is laid on its wheels and tensioned at rest, with the rig's own ring (`initial_tension`).
-2. Wheels on carriers are released, and the ring changes to that of the scene; the tension is set again where the scene
-   asks for it.
-3. The loop comes to rest (`rest_state`). If it does not, all begins anew with half the step.
-4. The scene's own model gets the wheels and carriers where they stand, every rate and the energy balance become zero.
+2. Suspended wheels are released, and the ring changes to that of the scene; the tension is set again if the scene
+   requires it.
+3. The loop comes to rest (`rest_state`). If it does not, settling is repeated with half the step.
+4. The scene's model takes the positions of wheels and suspensions; rates and energy balance become zero.
 """
 
 import copy
@@ -31,20 +31,18 @@ from trackdyn.scene.build import check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, flat, move_wheels
-from trackdyn.simulation.rest_state import Restless
+from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, flatten, move_wheels
+from trackdyn.simulation.rest_state import NotSettledError
 from trackdyn.sources import edited, kept, module_files, module_hash
 
-# A loop that does not come to rest is settled anew with half the step, so many times.
-HALVINGS = 2
-# Settled loops that are kept from process to process, the last ones, of 30 kB each.
-MOST_KEPT = 500
+HALVINGS = 2  # of the step of a loop that does not come to rest
+MOST_STORED = 500  # settled loops that later processes reuse, the last ones, of 30 kB each
 # Fields of a scene on which a loop at rest does not depend.
-LATER = ("motor_rpm", "load", *RECORD_FIELDS)
+IRRELEVANT = ("motor_rpm", "load", *RECORD_FIELDS)
 
 
 class Layout(NamedTuple):
-    """How a loop is laid; NaN is what its chain or its tensioner does not have."""
+    """Layout of a settled loop; NaN where a quantity does not apply."""
 
     tensioner_shift_m: float = nan  # of the tensioning wheel along its line, m
     tension_n: float = nan  # as it was set with the rig's own ring, N
@@ -53,23 +51,23 @@ class Layout(NamedTuple):
     path_m: float = nan  # length of a belt, m
 
     def known(self) -> dict[str, float]:
-        """Those of its numbers that there are, by name."""
+        """Return the numbers that apply, by name."""
         return {name: value for name, value in self._asdict().items() if value == value}
 
 
 class Start(NamedTuple):
-    """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
+    """Arrays and layout of a settled loop: the sprocket at rest, the energy balance at zero."""
 
     arrays: LoopArrays  # the model with the step that the tension of the loop allows
     layout: Layout
 
 
 def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
-    """Lay, tension and settle the loop of a scene; or copy it from ``loops``: the same bytes, sooner.
+    """Lay, tension and settle the loop of a scene, or copy it from ``loops``, which is faster and gives the same bytes.
 
     The tension is set to 1 % at rest with the rig's own ring (or without one, if the rig has none), and the wheel then
-    locked. Every other ring starts from there, as the paper's wheels stay where they are. Raises `InputError`: the
-    tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
+    locked. Other rings keep this position, as the paper's wheels do. Raises `InputError`: the tension cannot be set,
+    the loop does not come to rest, or the step is too large for its tension.
     """
     # a brake would hold the strands' tensions apart; it acts where wheels turn
     settled = (loops or SettledLoops(capacity=0)).at_rest(scene.with_(load=0.0) if scene.load else scene)
@@ -95,18 +93,18 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     return Start(LoopArrays(model, state, settled.work, make_optional(model, METHODS[scene.integrator])), layout)
 
 
-def tension_words(scene: Scene, layout: Layout) -> str:
-    """Say at which tension (N) a loop stands, and with the rig's own ring, where another one or a spring changed it."""
+def tension_summary(scene: Scene, layout: Layout) -> str:
+    """Return the tension of a loop (N) as text, and that with the rig's own ring if the two differ."""
     target, settled = scene.rig.tension.pre_tension, layout.settled_tension_n
     own = f": set to {layout.tension_n:.4g} N with the rig's own ring" if abs(settled - target) > 0.01 * target else ""
     return f"{settled:.4g} N in the strand onto the sprocket, pre_tension {target:.4g} N{own}"
 
 
 class SettledLoops:
-    """The last ``capacity`` settled loops, for a series of scenes; every scene gets the bytes that it would get alone.
+    """Cache of the last ``capacity`` settled loops, for a series of scenes; results are the same bytes as without.
 
-    Settling takes most of the time of a short scene. The speed and all that concerns the record matter only
-    afterwards, and the ring only in the last quarter of it.
+    Settling takes most of the time of a short scene. It does not depend on the speed and the recording options, and on
+    the ring only in its last quarter.
     """
 
     def __init__(self, capacity: int = 8):
@@ -115,12 +113,12 @@ class SettledLoops:
         self._settled: dict[str, TensionedLoop] = {}
 
     def at_rest(self, scene: Scene) -> TensionedLoop:
-        """The loop of a scene at rest, with half the step, or less, if it does not come to rest; it may be used up.
+        """Return the loop of a scene at rest, which the caller may change; see `HALVINGS`.
 
         Raises `InputError`: the tension cannot be set, or the loop does not come to rest or mesh.
         """
-        # the step of the settling heeds the step limits, and they the speed and the ring
-        settings = {name: value for name, value in scene.describe().items() if name not in LATER}
+        # the step of the settling depends on the step limits, and these on the speed and the ring
+        settings = {name: value for name, value in scene.describe().items() if name not in IRRELEVANT}
         settings |= {"step": scene.time_step, "settling_step": settling_step(scene, scene.rig.tension.pre_tension)}
         ring = settings.pop("ring_radius")
         common = json.dumps(settings, sort_keys=True)
@@ -129,7 +127,7 @@ class SettledLoops:
             loop = self._copy(self._tensioned, f"{divisor} {common}", lambda: tensioned(scene, divisor))
             loop.scene = scene
             if scene.tension == "sprung":
-                loop.release_carriers()
+                loop.release_suspensions()
             if scene.ring_radius != loop.reference:
                 loop.change_ring(scene.ring_radius)
                 if scene.tension != "retensioned":
@@ -143,10 +141,10 @@ class SettledLoops:
         def first_rested() -> TensionedLoop:
             step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
             finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
-            return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
+            return first_that_runs([1.0, *finer], rested, (DivergenceError, NotSettledError))
 
         key = f"{ring!r} {common}"
-        loop = self._copy(self._settled, key, lambda: _kept(scene, key, first_rested))
+        loop = self._copy(self._settled, key, lambda: _stored(scene, key, first_rested))
         loop.scene = scene
         return loop
 
@@ -154,24 +152,24 @@ class SettledLoops:
         loop = stored.pop(key) if key in stored else make()
         if not self.capacity:
             return loop
-        stored[key] = loop  # the last one used is the last to go
+        stored[key] = loop  # the least recently used one is removed first
         if len(stored) > self.capacity:
             del stored[next(iter(stored))]
         return copy.deepcopy(loop)
 
 
-def _kept(scene: Scene, key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
-    """The settled loop of a key as an earlier process left it beside the compiled kernels, or made, and left there."""
+def _stored(scene: Scene, key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
+    """Return the settled loop of a key from the folder of compiled kernels, or make and store it there."""
     folder = kept_folder()
     if folder is None or edited(module_files(__name__)):
         return make()
-    # beside the settings the numbers of the model: what a name of a registry stands for may come from outside
-    numbers = flat(scene.model).items()
+    # the numbers of the model, too: a registered name may have another meaning in another process
+    numbers = flatten(scene.model).items()
     content = [value.tobytes() for name, value in numbers if not name.startswith(("drive.", "sensors."))]
     content += [repr(METHODS[scene.integrator]).encode(), module_hash(__name__).encode(), key.encode()]
     content += [version(name).encode() for name in ("numpy", "scipy")]
     file = folder / "settled" / f"{hashlib.sha256(b'|'.join(content)).hexdigest()[:24]}.loop"
-    with suppress(Exception):  # whatever unpickling makes of it; no file is an EOFError
+    with suppress(Exception):  # unpickling may raise anything; a missing file is an EOFError
         return pickle.loads(zlib.decompress(kept(file) or b""))
     loop = make()
     keep_current(file, zlib.compress(pickle.dumps(loop), 1))
@@ -180,17 +178,17 @@ def _kept(scene: Scene, key: str, make: Callable[[], TensionedLoop]) -> Tensione
 
 
 def _remove_oldest(folder: Path) -> None:
-    """Leave the last `MOST_KEPT` files of a folder."""
+    """Remove all but the last `MOST_STORED` files of a folder."""
     with suppress(OSError):  # another process removes them, too
-        for file in sorted(folder.glob("*.loop"), key=lambda file: file.stat().st_mtime)[:-MOST_KEPT]:
+        for file in sorted(folder.glob("*.loop"), key=lambda file: file.stat().st_mtime)[:-MOST_STORED]:
             file.unlink()
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:
-    """The plane through the (w, 3) centres of the wheels (m), at rest; the loop is laid into it in ``state``.
+    """Return the plane through the (w, 3) centres of the wheels (m), at rest, and move the loop of ``state`` into it.
 
-    Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
-    plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
+    Without axial offsets it is exactly the plane of the planar model. Otherwise the smallest rotation turns that plane
+    into this one, and the loop is shifted in it so that it keeps its position on the sprocket.
     """
     motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
     if not centres[:, 2].any():

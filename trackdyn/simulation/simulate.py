@@ -1,4 +1,4 @@
-"""The one door: a scene in, a recording out."""
+"""Run a scene: settle, start up, record."""
 
 from tqdm import tqdm
 
@@ -18,11 +18,11 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
     Parameters
     ----------
     scene : Scene
-        What to run.
+        Scene to run.
     progress : bool
         Show a progress bar with simulated time, speed and remaining time.
     starts : SettledLoops or None
-        Loops that were settled before, for a series of scenes: the same bytes, sooner.
+        Loops that were settled before, for a series of scenes: faster, with the same bytes.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
     Raises
     ------
     DivergenceError
-        If a body leaves the physical range; nothing is returned or written then.
+        A body leaves the physical range, or contacts are not resolved by the step.
     InputError
         The recording does not fit into the memory.
     """
@@ -52,7 +52,7 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
         loop.copy().advance(1.0 / scene.rig.rate)  # settling and compilation are over
         bar.unpause()
         loop.advance(lead, bar.update)
-        writer = Recorder(loop, origin=origin)
-        while not writer.finished:
-            bar.update(writer.chunk())
-    return writer.recording()
+        recorder = Recorder(loop, origin=origin)
+        while not recorder.finished:
+            bar.update(recorder.chunk())
+    return recorder.recording()

@@ -9,9 +9,9 @@ from trackdyn.sweeps.sweep import batches, states_summary, sweep
 
 @run_job
 def main(job) -> None:
-    """Rules `batch` and `gather`: compute the rows of a batch, or all of them.
+    """Compute the rows of a batch, or all of them (rules `batch` and `gather`).
 
-    Raises `TrackdynError`, for Snakemake to try again: rows of a batch failed, and this is not the last attempt.
+    Raises `TrackdynError` so that Snakemake repeats the job: rows of a batch failed, and attempts remain.
     """
     batch, design = job.params.get("batch"), job.input.design
     if batch is not None:
@@ -20,4 +20,4 @@ def main(job) -> None:
     print(states_summary(results))
     failed = results.loc[results["state"] == FAILED, "reason"]
     if batch is not None and len(failed) and job.resources.attempt <= job.params.retries:
-        raise TrackdynError(f"{len(failed)} rows are to be tried again: {failed.iloc[0]}")
+        raise TrackdynError(f"{len(failed)} rows will be tried again: {failed.iloc[0]}")

@@ -1,4 +1,4 @@
-"""Tables of designs and results, CSV: read whole, or refused in one sentence."""
+"""Tables of designs and results: strict CSV."""
 
 import csv
 import io
@@ -20,7 +20,7 @@ def check_ending(path: Path | str, option: str) -> None:
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
-    """A table of text as it stands; `InputError` for names twice, ragged rows, or too large a file."""
+    """Read a CSV table as text; `InputError`: duplicate names, ragged rows, or the file is too large."""
     check_ending(path, "table")
     reader = csv.reader(io.StringIO(read_text(path, "CSV file", MAX_CSV_BYTES), newline=""), strict=True)
     try:
@@ -38,7 +38,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
 
 
 def check_header(names: list, source: str) -> None:
-    """Refuse (`InputError`) a table without columns, or with two of one name."""
+    """Refuse (`InputError`) a table without columns, or with duplicate names."""
     if not names:
         raise InputError(f"{source}: is empty; a header with the names of columns is needed")
     for name in names:

@@ -1,10 +1,10 @@
-"""The engine of rows: computes rows by key on the cores of one machine, and stores each as it comes.
+"""Engine of sweeps and studies: compute rows by key on the cores of one machine, and store each when it is done.
 
-Sweeps and studies hand their rows to it. Its pool is joblib's (loky).
+The pool of processes is joblib's (loky).
 
-The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
-the row as JSON in its second. A file without such a checksum, or with another one, is not read. A row that is being
-computed has a mark there, so that one that kills its process, for instance by the memory it takes, is known.
+The store has one file per row, so that parallel sweeps need no lock: the SHA-256 of the row in the first line and the
+row as JSON in the second. Files with a wrong checksum are ignored. A row that is being computed has a mark in the
+store, which identifies rows that kill their process, for instance by the memory they need.
 """
 
 import hashlib
@@ -33,31 +33,31 @@ from trackdyn.inputs.validation import shown
 from trackdyn.jit import COMPILER
 from trackdyn.sources import edited, module_files, module_hash
 
-# States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason
-# that may pass.
+# States of a row: computed; its input is refused; its run left the physical range; failed for a reason that may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 MAX_ROW_BYTES = 100_000_000  # bytes; a row of a sweep takes 4,000
-# Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
-PIECES, LONGEST_PIECE = 8, 8
-DEATHS = 2  # of its process, after which a row has failed
+# Rows are handed to processes in batches: long enough to share settled loops, short enough that all processes end
+# together. Batches per process at least, rows per batch at most.
+LEAST_BATCHES, LONGEST_BATCH = 8, 8
+MOST_KILLED = 2  # processes of a row that were killed, after which the row has failed
 MARK = re.compile(rf"\.(.+)\.{MACHINE}-(\d{{1,9}})\.trackdyn-row")
-Compute = Callable[..., dict]  # computes the values of a row; other processes look it up by its name
+Compute = Callable[..., dict]  # computes the values of a row; other processes import it by its name
 Tasks = Mapping[str, dict]  # arguments of rows by their keys, plain data
 
 
 def key_of(*content: Any) -> str:
-    """Key of a row: a hash of all that it depends on, plain data, and of what compiles the kernels."""
+    """Return the key of a row: a hash of the plain data that it depends on, and of the compiler."""
     content = (*content, COMPILER) if COMPILER else content
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
 def without_values(key: str, state: str, reason: str) -> dict:
-    """A row that was not computed: its ``state``, and the ``reason``."""
+    """Return a row that has no values, with its ``state`` and the ``reason``."""
     return {"key": key, "state": state, "reason": reason, "values": {}}
 
 
 class Store:
-    """Rows by key in a folder, which is made if it is not there; `InputError`: it cannot be made or written."""
+    """Store of rows by key in a folder, which is created if needed; `InputError`: it cannot be written."""
 
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
@@ -68,7 +68,7 @@ class Store:
             raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
 
     def read(self, keys: Iterable[str]) -> dict[str, dict]:
-        """Rows of these keys; damaged files are left out, and counted on standard error."""
+        """Return the stored rows of ``keys``; report the number of damaged files on standard error."""
         paths = {key: path for key in keys if (path := self.folder / f"{key}.json").exists()}
         rows = {key: row for key, path in paths.items() if (row := self._row(path, key))}
         if damaged := len(paths) - len(rows):
@@ -77,7 +77,7 @@ class Store:
         return rows
 
     def _row(self, path: Path, key: str) -> dict[str, Any] | None:
-        """The row of a file; None: it is damaged, or another row's."""
+        """Return the row of a file, or None if it is damaged or that of another key."""
         try:
             checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
             row = json.loads(content) if checksum == _checksum(content[:-1]) else None
@@ -86,13 +86,13 @@ class Store:
         return row if row and row["key"] == key else None
 
     @contextmanager
-    def under_way(self, key: str) -> Iterator[None]:
-        """Mark a row as being computed by this process; the mark stays if the process is killed."""
+    def computing(self, key: str) -> Iterator[None]:
+        """Mark a row as being computed by this process; the mark remains if the process is killed."""
         with marked(self.folder / f".{key}.{MACHINE}-{os.getpid()}.trackdyn-row"):
             yield
 
     def abandoned(self) -> set[str]:
-        """Remove the marks of rows that processes of this machine left when they were killed; return their keys."""
+        """Remove the marks of killed processes of this machine; return the keys of their rows."""
         keys = set()
         for mark in self.folder.glob(".*.trackdyn-row"):
             match = MARK.fullmatch(mark.name)
@@ -101,7 +101,7 @@ class Store:
                 keys.add(match[1])
         return keys
 
-    def keep(self, row: dict) -> None:
+    def write(self, row: dict) -> None:
         """Write a row, unless it failed for a reason that may pass. Raises `InputError`: the disk is full."""
         if row["state"] == FAILED:
             return
@@ -122,13 +122,13 @@ def results(
     progress: str = "",
     unit: str = "row",
 ) -> dict[str, dict]:
-    """Rows by their keys (`key_of`), each with ``key, state, reason, values``; a stored row is not computed again.
+    """Return rows by their keys (`key_of`), each with ``key, state, reason, values``; stored rows are not computed.
 
-    ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1,
-    and no store: in this one). ``store`` is a folder in which rows are stored as they come. A bar called ``progress``
-    counts rows in ``unit``, none if empty. Rows fail once the sources of ``compute`` are not those that this process
-    began with: they would be stored under a key of others. Rows whose process is killed are computed again after all
-    others, with no process beside theirs, and fail if it is killed once more. Raises `TrackdynError`: a process was
+    ``compute`` returns the values of a row from its arguments in ``tasks``, in which neighbours share settled loops. It
+    runs in ``jobs`` processes; with one, and no ``store`` (folder of rows), in this process. A bar entitled
+    ``progress`` counts rows in ``unit``; no bar if it is empty. A row fails if the sources of ``compute`` changed since
+    this process began, since its key would be that of other sources. A row whose process is killed is computed again
+    after all others, in the only process, and fails if this one is killed, too. Raises `TrackdynError`: a process was
     killed that computed no row.
     """
     checked = partial(_values, compute, module_hash(compute.__module__))
@@ -137,20 +137,20 @@ def results(
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            computed = _computed if store is not None or jobs > 1 < len(due) else _computed_here
-            for row in computed(checked, due, jobs, rows_store):
+            run = _run_in_pools if store is not None or jobs > 1 < len(due) else _run_here
+            for row in run(checked, due, jobs, rows_store):
                 rows[row["key"]] = row
                 bar.update()
     return rows
 
 
 def _values(compute: Compute, sources: str, /, **task) -> dict:
-    """What ``compute`` makes of a row, in this process or another, as long as its ``sources`` mean what they meant."""
+    """Compute a row; raise `TrackdynError` if its ``sources`` changed since the sweep began."""
     module = compute.__module__
 
     def check() -> None:
         if module_hash(module) != sources or edited(module_files(module)):
-            raise TrackdynError("the program was edited while it ran; start it again: rows that are stored stay")
+            raise TrackdynError("the program was edited while it ran; start it again: stored rows are reused")
 
     check()
     try:
@@ -160,93 +160,93 @@ def _values(compute: Compute, sources: str, /, **task) -> dict:
 
 
 def check_completed(rows: Iterable[dict], advice: str) -> None:
-    """Stop where a row failed for a reason that may pass. Raises `TrackdynError`: the first reason, and ``advice``."""
+    """Raise `TrackdynError`, with ``advice``, if a row failed for a reason that may pass."""
     for row in rows:
         if row["state"] == FAILED:
             raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); {advice}")
 
 
-def _computed_here(compute: Compute, due: Tasks, _: int, store: Store) -> Iterator[dict]:
-    """Rows as they come, computed by this process."""
+def _run_here(compute: Compute, due: Tasks, _: int, store: Store) -> Iterator[dict]:
+    """Yield rows in the order of ``due``, computed by this process."""
     return (outcome(compute, store, key, task) for key, task in due.items())
 
 
-def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
-    """Rows as they come, in any order, computed by other processes.
+def _run_in_pools(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
+    """Yield rows in any order, computed by other processes.
 
-    Raises `TrackdynError`: a process was killed that computed no row. What is stored stays.
+    Raises `TrackdynError`: a process was killed that computed no row. Stored rows remain.
     """
-    deaths = dict.fromkeys(store.abandoned() & due.keys(), 0)  # of rows that are computed alone, after all others
-    waiting = {key: task for key, task in due.items() if key not in deaths}
+    kills = dict.fromkeys(store.abandoned() & due.keys(), 0)  # of rows that are computed one by one, after all others
+    waiting = {key: task for key, task in due.items() if key not in kills}
     try:
-        while waiting or deaths:
-            tasks = waiting or {key: due[key] for key in deaths}
-            left = dict(tasks)
+        while waiting or kills:
+            tasks = waiting or {key: due[key] for key in kills}
+            remaining = dict(tasks)
             try:
-                for row in _pooled(compute, tasks, min(jobs, len(tasks)) if waiting else 1, store):
-                    del left[row["key"]]
+                for row in _run_in_pool(compute, tasks, min(jobs, len(tasks)) if waiting else 1, store):
+                    del remaining[row["key"]]
                     yield row
             except TerminatedWorkerError as error:
-                how = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
+                signals = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "no signal"
                 remove_abandoned(store.folder)
-                for row in store.read(left).values():  # they were not handed over when the process was killed
-                    del left[row["key"]]
+                for row in store.read(remaining).values():  # stored, but not returned when the process was killed
+                    del remaining[row["key"]]
                     yield row
-                killed = store.abandoned() & left.keys()
+                killed = store.abandoned() & remaining.keys()
                 if not killed:
                     raise TrackdynError(
-                        f"a process was ended ({how}), perhaps out of memory; rows that are stored stay, and the same "
-                        "command goes on from them: use fewer jobs or more memory"
+                        f"a process was ended ({signals}), perhaps out of memory; stored rows remain, and the same "
+                        "command continues from them: use fewer jobs or more memory"
                     ) from None
                 for key in killed:
-                    deaths[key] = deaths.get(key, 0) + 1
-                    if deaths[key] == DEATHS:
-                        del left[key]
-                        reason = f"its process was ended {DEATHS} times ({how}), perhaps out of memory; use more memory"
-                        yield without_values(key, FAILED, reason)
+                    kills[key] = kills.get(key, 0) + 1
+                    if kills[key] == MOST_KILLED:
+                        del remaining[key]
+                        reason = f"{MOST_KILLED} of its processes were ended ({signals}), perhaps out of memory"
+                        yield without_values(key, FAILED, f"{reason}; use more memory")
                 jobs = max(jobs - 1, 1)  # perhaps their memory together was too much
             if waiting:
-                waiting = {key: task for key, task in left.items() if key not in deaths}
+                waiting = {key: task for key, task in remaining.items() if key not in kills}
             else:
-                deaths = {key: count for key, count in deaths.items() if key in left}
+                kills = {key: count for key, count in kills.items() if key in remaining}
     finally:
-        store.abandoned()  # rows of processes that were ended with this sweep are not to blame
+        store.abandoned()  # rows of processes that were ended with this sweep did not kill them
 
 
-def _pooled(compute: Compute, tasks: Tasks, jobs: int, store: Store) -> Iterator[dict]:
-    """Rows by a pool of processes.
+def _run_in_pool(compute: Compute, tasks: Tasks, jobs: int, store: Store) -> Iterator[dict]:
+    """Yield rows computed by one pool of processes.
 
     Raises `TerminatedWorkerError`: one of them was killed.
     """
-    size = 1 if jobs == 1 else min(max(len(tasks) // (PIECES * jobs), 1), LONGEST_PIECE)
-    # trackers remove what a killed sweep leaves, each with a warning
+    size = 1 if jobs == 1 else min(max(len(tasks) // (LEAST_BATCHES * jobs), 1), LONGEST_BATCH)
+    # trackers remove the resources of a killed sweep, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
-    # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
-    # The tracker runs before, since its start unblocks them.
+    # Ctrl-C is for the parent process: children and threads inherit the signals that their parent blocks. The tracker
+    # runs before, since its start unblocks them.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         pool = ProcessPoolExecutor(jobs, timeout=None, initializer=_begin, initargs=(os.getpid(),))
         items = list(tasks.items())
-        pieces = (items[k : k + size] for k in range(0, len(items), size))
-        rows = [pool.submit(_piece, compute, store, piece) for piece in pieces]
+        batches = (items[k : k + size] for k in range(0, len(items), size))
+        rows = [pool.submit(_batch, compute, store, batch) for batch in batches]
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
-        for piece in as_completed(rows):  # a long row holds back no others, which the bar counts
-            yield from piece.result()
+        for batch in as_completed(rows):  # a long row does not delay others, which the bar counts
+            yield from batch.result()
     finally:
         pool.shutdown(wait=True, kill_workers=True)
 
 
-def _piece(compute: Compute, store: Store, items: list[tuple[str, dict]]) -> list[dict]:
-    """Rows that a process takes at once."""
+def _batch(compute: Compute, store: Store, items: list[tuple[str, dict]]) -> list[dict]:
+    """Compute a batch of rows in this process."""
     return [outcome(compute, store, key, task) for key, task in items]
 
 
 def _begin(parent: int) -> None:
-    """Make this process one of the pool, which ends with the one that started it."""
-    os.dup2(2, 1)  # standard output is that of the one who started it
+    """Initialize a process of a pool, which ends with its ``parent``."""
+    os.dup2(2, 1)  # standard output is the parent's
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -258,13 +258,13 @@ def _begin(parent: int) -> None:
 
 
 def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
-    """Compute the row of ``key`` and store it: the values that ``compute`` makes of ``task``, or why there are none."""
+    """Compute and store the row of ``key``: the values that ``compute`` returns for ``task``, or a state and reason."""
     row = without_values(key, DONE, "")
     try:
-        with store.under_way(key):
+        with store.computing(key):
             row["values"] = compute(**task)
     except (OutOfMemoryError, MemoryError) as error:
-        row |= {"state": FAILED, "reason": str(error) or "the memory that is free does not suffice"}
+        row |= {"state": FAILED, "reason": str(error) or "the free memory does not suffice"}
     except InputError as error:
         row |= {"state": REFUSED, "reason": str(error)}
     except DivergenceError as error:
@@ -273,6 +273,6 @@ def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
         row |= {"state": FAILED, "reason": str(error)}
     except Exception as error:  # a row never stops the others
         row |= {"state": FAILED, "reason": f"{type(error).__name__}: {shown(str(error))}"}
-    row = json.loads(json.dumps(row, default=lambda number: number.item()))  # as it comes back from its file
-    store.keep(row)
+    row = json.loads(json.dumps(row, default=lambda number: number.item()))  # as it is read from its file
+    store.write(row)
     return row

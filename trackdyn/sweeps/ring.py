@@ -8,7 +8,7 @@ import pandas as pd
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.columns import METRIC_COLUMNS
-from trackdyn.measure.metrics import whole_errors
+from trackdyn.measure.metrics import total_errors
 from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule, with_tooth_forces
 from trackdyn.measure.stopping import check_driven
 from trackdyn.rig.rig import Rig, parameter_table
@@ -114,7 +114,7 @@ def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bo
     metrics = [name for name in table if name in METRIC_COLUMNS and name not in (*SCENE_COLUMNS, "run")]
     errors = {name: error for name in metrics if (error := METRIC_COLUMNS[name][3]) in table}
     for k in table.index[table["state"] == DONE]:
-        row, whole = table.loc[k], whole_errors(scenes[k].with_(step=table.loc[k, "step_s"]))
+        row, whole = table.loc[k], total_errors(scenes[k].with_(step=table.loc[k, "step_s"]))
         table.loc[k, list(errors.values())] = [whole(name, row[name], row[error]) for name, error in errors.items()]
     columns = [*SCENE_COLUMNS, *OUTCOME_COLUMNS, *dict.fromkeys((*metrics, *RULE_COLUMNS)), "key"]
     return table.reindex(columns=columns).sort_values(SCENE_COLUMNS[::-1], na_position="first", ignore_index=True)

@@ -1,6 +1,7 @@
-"""Run a job of the workflow: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half
-file. A job that is stopped ends at once and without a traceback, while it imports as while it runs: this module comes
-first in a script, and imports nothing that takes time.
+"""Jobs of the workflow: output goes to the rule's log, errors end in one sentence, interruptions leave no partial file.
+
+An interrupted job ends at once and without a traceback, also during its imports: scripts import this module first, and
+it imports only modules that load at once.
 """
 
 import fcntl
@@ -15,10 +16,10 @@ from zlib import crc32
 
 
 def run_job(task):
-    """Decorate the task of a rule, the last function of a script: where the script runs, its task runs with its job.
+    """Decorate the task of a rule, the last function of a script, and run it if the script is run by Snakemake.
 
-    Standard output goes to the log, which ends with the CPU time of the job; a mistake ends in one sentence there and
-    on the screen.
+    Standard output goes to the log, which ends with the CPU time of the job; a `TrackdynError` is one sentence there
+    and on the screen.
     """
     if task.__module__ != "__main__":
         return task
@@ -38,22 +39,21 @@ def run_job(task):
             print(f"{seconds:.1f} CPU s")
             if costs := os.environ.get(COSTS):
                 with suppress(OSError), open(costs, "a", encoding="utf-8") as file:
-                    file.write(f"{seconds:.1f} {job.log[0]}\n")  # one write: jobs end side by side
+                    file.write(f"{seconds:.1f} {job.log[0]}\n")  # one write: jobs run in parallel
     return task
 
 
-# one file a folder, in which a process locks a byte; the system releases it, however the process ends
+# file per folder in which every process locks a byte; the system releases it however the process ends
 PROCESSES = Path(".snakemake", "processes")
 DRIVER = "TRACKDYN_DRIVER"  # process of the run to which a job belongs
-COSTS = "TRACKDYN_COSTS"  # file to which its jobs add their CPU times, a line each
+COSTS = "TRACKDYN_COSTS"  # file to which jobs append their CPU times
 
 
 def drive(workflow):
-    """Hold byte 0 as a Snakemake of this folder; a Snakefile calls it before Snakemake takes its own lock.
+    """Lock byte 0 for a Snakemake of this folder; a Snakefile calls it before Snakemake takes its own lock.
 
-    A killed Snakemake leaves that lock, and cannot tell it from that of one that runs. Where nobody else holds the
-    byte, every process that made a lock is gone, and the locks are removed; none can start in between. A dry run
-    removes none.
+    A killed Snakemake leaves its lock, which looks like that of a running one. If no other process holds the byte, all
+    processes that made locks are gone, and the locks are removed; none can start meanwhile. A dry run removes none.
     """
     os.environ[DRIVER] = str(os.getpid())
     if not workflow.is_main_process:  # a job on another node
@@ -62,7 +62,7 @@ def drive(workflow):
         PROCESSES.parent.mkdir(exist_ok=True)
         file = os.open(PROCESSES, os.O_RDWR | os.O_CREAT, 0o666)
         if not workflow.output_settings.dryrun:
-            with suppress(BlockingIOError, PermissionError):  # another one runs
+            with suppress(BlockingIOError, PermissionError):  # another Snakemake runs
                 fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 0)
                 shutil.rmtree(PROCESSES.with_name("locks"), ignore_errors=True)
         fcntl.lockf(file, fcntl.LOCK_SH, 1, 0)
@@ -71,8 +71,8 @@ def drive(workflow):
 def _join(log):
     """Wait for another process that writes the results of this log, such as the job of a run that was killed.
 
-    Of a run whose Snakemake alone was killed the jobs go on, and one that begins only now must not write over what a
-    later run has made.
+    If only the Snakemake of a run was killed, its jobs continue; one that begins afterwards must not replace results of
+    a later run.
     """
     with suppress(FileNotFoundError):  # no folder of a run
         file = os.open(PROCESSES, os.O_RDWR)
@@ -80,7 +80,7 @@ def _join(log):
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
         except (BlockingIOError, PermissionError):
-            print(f"{log}: another process writes these results; waiting for its end", file=sys.stderr, flush=True)
+            print(f"{log}: another process writes these results; waiting until it ends", file=sys.stderr, flush=True)
             fcntl.lockf(file, fcntl.LOCK_EX, 1, byte)
         except OSError:  # a file system without locks
             pass
@@ -92,8 +92,8 @@ def _join(log):
 
 
 def _leave(number, _):
-    """End at once, as Snakemake asks; what is being written is removed."""
-    # imported as a whole, or not yet
+    """End at once with the exit code of the signal, and remove files that are being written."""
+    # the module is imported completely, or not at all
     getattr(sys.modules.get("trackdyn.inputs.files"), "broken_off", lambda: None)()
     os._exit(128 + number)
 

@@ -1,4 +1,4 @@
-"""A sweep: a row per scene in, a row per result out; a result is stored by a key of all that it depends on."""
+"""Sweeps: compute a table of scenes; every result is stored under a key of everything that it depends on."""
 
 from collections.abc import Callable
 from functools import cache
@@ -16,17 +16,17 @@ from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
-from trackdyn.simulation.settling import LATER
+from trackdyn.simulation.settling import IRRELEVANT
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table
 from trackdyn.sweeps.engine import DONE, REFUSED, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.sweep_row import run_row
 
-# but for the longest turns: the row's duration says that
+# the longest turns follow from the duration of the row
 STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
 TRUTH = {"true": True, "false": False}
-# fields of a row that states none, but for those that it then takes from its rig
+# values of fields that a row leaves open, except those that follow from its rig
 DEFAULTS = {
     name: None if field.default_factory else field.default
     for name, field in Scene.model_fields.items()
@@ -34,25 +34,25 @@ DEFAULTS = {
 }
 # columns that do not define the scene: the name of the row, and names that set several fields
 ROW_COLUMNS = ("name", "preset", "rig")
-# every column that a design may have beside the fields of a rig
+# columns of a design other than the fields of a rig
 DESIGN_COLUMNS = (*ROW_COLUMNS, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
 
 class SweepRow(NamedTuple):
-    """A row, ready to be computed."""
+    """Key and arguments of a row."""
 
-    key: str  # hash of rig, scene, what ends the run, and the sources of all that computes a row
-    same_start: str  # rows that sort together share what settling gives
+    key: str  # hash of rig, scene, stop rule, and the sources that compute a row
+    same_start: str  # sort key: neighbours share settled loops
     # arguments of `sweep_row.run_row`: values of the rig's file, those that the row replaces (``section__field``),
     # fields of the scene, of which ``step`` may be several, and the fields of a `StopRule`, or none
     task: dict[str, dict]
-    reason: str  # why the row is refused already, or nothing
+    reason: str  # of a refusal; empty if the row can be computed
 
 
 def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """A design whose columns make scenes.
+    """Read a design, and check its columns.
 
-    Raises `InputError`: it is no table, has no rows, or a column that is not known, or lacks ``motor_rpm``.
+    Raises `InputError`: it is no table, has no rows, has an unknown column, or lacks ``motor_rpm``.
     """
     table, source = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
     check_header(list(table.columns), source)
@@ -70,10 +70,10 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
-    """The scene of every row of a design; a value that cannot be read is the row's ``reason``.
+    """Return the rows of a design; invalid values are the ``reason`` of their row.
 
-    ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
-    rows are of that rig, and it cannot be used.
+    ``rig`` is the file or the name of the rig of rows that name no other. Raises `InputError`: the design has no column
+    ``rig``, and ``rig`` cannot be used.
     """
     read = cache(lambda path: load_rig(path).model_dump())
     if "rig" not in table.columns:
@@ -103,24 +103,24 @@ def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepR
             elif name not in ROW_COLUMNS:
                 task["changes"][name.replace(".", "__")] = value
         if fields["motor_rpm"] == 0:
-            raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
+            raise InputError("motor_rpm = 0: must be above 0, since rows record a running track")
     except InputError as error:
         reason = str(error)
     return row_of(task, reason, values if reason else None)
 
 
 def row_of(task: dict[str, dict], reason: str = "", refused: dict | None = None) -> SweepRow:
-    """The row of a task (`SweepRow`), or of what is ``refused`` for a ``reason``."""
-    # alike for a row that states a setting and one that leaves it to the defaults
+    """Return the row of a task (`SweepRow`), or of values that are ``refused`` for a ``reason``."""
+    # a default that a row states gives the same key
     scene = DEFAULTS | task["scene"]
     key = key_of(task | {"scene": scene}, module_hash("trackdyn.sweeps.sweep_row"), refused)
-    settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    same_start = f"{key_of(task['rig'], task['changes'], settles)} {task['scene'].get('ring_radius', '')}"
+    settling = {name: value for name, value in scene.items() if name not in (*IRRELEVANT, "ring_radius")}
+    same_start = f"{key_of(task['rig'], task['changes'], settling)} {task['scene'].get('ring_radius', '')}"
     return SweepRow(key, same_start, task, reason)
 
 
 def computed_rows(rows: list[SweepRow], jobs: int | None, store: Path | str | None, bar: str) -> list[dict]:
-    """What came of every row (`engine.results`), in their order. Raises `InputError`: ``jobs`` is out of range."""
+    """Return the result of every row (`engine.results`), in their order; `InputError`: ``jobs`` is out of range."""
     if jobs is not None:
         jobs = int(within("jobs", jobs, 1, 1024, " processes"))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
@@ -130,7 +130,7 @@ def computed_rows(rows: list[SweepRow], jobs: int | None, store: Path | str | No
 
 
 def _value(cell: Any) -> Any:
-    """A cell as Python's own value, a number where it can be read as one; None: nothing stands there."""
+    """Return the value of a cell as a Python object, a number if it can be read as one, None if it is empty."""
     if isinstance(cell, (np.ndarray, np.generic)):
         cell = cell.tolist()
     if isinstance(cell, (list, tuple)):
@@ -141,12 +141,12 @@ def _value(cell: Any) -> Any:
         return cell if isinstance(cell, bool) else None
     try:
         return parse_number(cell)
-    except (ValueError, OverflowError, TypeError):  # goes on to be refused by its field
+    except (ValueError, OverflowError, TypeError):  # its field refuses it
         return cell
 
 
 def _field(name: str, value: Any) -> Any:
-    """A field of a scene out of the value of its cell. Raises `InputError`: several steps, one or all missing."""
+    """Return a field of a scene from the value of its cell. Raises `InputError`: one of several steps is missing."""
     if isinstance(value, str):
         if name in ("pitches", "step"):
             value = _value(value.replace(";", " ").split())
@@ -159,7 +159,7 @@ def _field(name: str, value: Any) -> Any:
         return [int(pitch) if isinstance(pitch, float) and pitch.is_integer() else pitch for pitch in pitches]
     if name == "step" and isinstance(value, list):
         if not value:
-            raise InputError("step holds no number; expected seconds, or an empty cell")
+            raise InputError("step has no number; expected seconds, or an empty cell")
         return [within("step", step, LEAST_STEP, LONGEST_RUN, " s") for step in value]
     return value
 
@@ -178,39 +178,39 @@ def sweep(
     Parameters
     ----------
     design : DataFrame or path
-        A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
-        ``name``; ``stop_rule.share_pct``, ``stop_rule.force`` and ``stop_rule.passages`` end it when its contacts have
-        converged (`StopRule`). ``step`` may be several: the first counts that is neither refused nor
-        diverges. An empty cell leaves the field to its default.
+        Table with one row per scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a
+        ``rig`` file, a ``name``; ``stop_rule.share_pct``, ``stop_rule.force`` and ``stop_rule.passages`` end a run when
+        its contacts have converged (`StopRule`). Of several values of ``step`` the first is used that is neither
+        refused nor diverges. An empty cell is the default.
     out : path or None
         Table to write (.csv).
     rig : path or str
-        The rig of every row that names no other: a file, or the name of a shipped one.
+        File or name of the rig of rows that name no other.
     jobs : int or None
         Processes; all cores by default.
     store : path or None
-        Folder in which rows are kept as they come; that of ``out`` (``.rows``) by default. A row is known again by its
-        scene, its rig and the sources of all that computes it.
+        Folder in which rows are stored when they are done; that of ``out`` (``.rows``) by default. A stored row is
+        reused while its scene, its rig and the sources that computed it are the same.
     progress : bool
-        Show how many rows are left, and how long they will take.
+        Show the number of rows left and the remaining time.
 
     Returns
     -------
     DataFrame
         The design, then ``key``, ``state`` (done, refused, diverged or failed), ``reason``, the columns of
-        ``metrics.csv``, how the loop stands, measures of the whole loop where every link is recorded, and what computed
-        it.
+        ``metrics.csv``, the layout of the loop, measures of the whole loop if every link is recorded, and versions and
+        hashes of the program.
 
     Raises
     ------
     InputError
-        The design, ``out`` or ``store`` cannot be used. What is wrong with one row is its ``reason``.
+        The design, ``out`` or ``store`` cannot be used. Errors of a row are its ``reason``.
     """
     if out is not None:
         check_ending(out, "out")
         check_writable(out)
         if isinstance(design, (Path, str)) and Path(out).resolve() == Path(design).resolve():
-            raise InputError(f"out = {shown(str(out))}: is the design itself; give another name")
+            raise InputError(f"out = {shown(str(out))}: is the design; give another name")
         store = store or Path(out).with_suffix(".rows")
     table = read_design(design)
     by_row = computed_rows(requested_rows(table, str(rig)), jobs, store, "sweep" if progress else "")
@@ -223,7 +223,7 @@ def sweep(
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in ``count`` parts of one size, each row once and neighbours alike; of fewer rows, the first again."""
+    """Split a design into ``count`` batches of equal size that share settled loops; of fewer rows the first repeats."""
     table = read_design(design)
     rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
@@ -232,7 +232,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
 
 
 def content_key(design: Path | str, rig: Path | str) -> str:
-    """Key of what a design holds and of all that its rows depend on, or why it cannot be read."""
+    """Return a key of the content of a design and of everything that its rows depend on, or the reason of a refusal."""
     try:
         table = read_design(design)
         return key_of(table.to_csv(), [row.key for row in requested_rows(table, str(rig))])
@@ -241,7 +241,7 @@ def content_key(design: Path | str, rig: Path | str) -> str:
 
 
 def _storable(column: pd.Series) -> pd.Series:
-    """Numbers where all cells are, text elsewhere."""
+    """Return a column as numbers if all of its cells are, as text otherwise."""
     try:
         return pd.to_numeric(column) if column.dtype != bool else column
     except (ValueError, TypeError, OverflowError):
@@ -252,7 +252,7 @@ def _storable(column: pd.Series) -> pd.Series:
 
 
 def states_summary(results: pd.DataFrame) -> str:
-    """How many rows came to what."""
+    """Return the number of rows of each state as text."""
     counts = results["state"].value_counts()
     return ", ".join(
         f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state))

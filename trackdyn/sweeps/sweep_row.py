@@ -1,4 +1,4 @@
-"""One row: a scene in, numbers or a reason out."""
+"""Computation of a row of a sweep: run its scene, return its numbers."""
 
 from trackdyn.inputs.validation import validated
 from trackdyn.jit import target_hash
@@ -9,16 +9,16 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.scene.step import first_that_runs
-from trackdyn.simulation.recording import Recording, made_with
+from trackdyn.simulation.recording import Recording, sources_and_versions
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
 
-STARTS = SettledLoops()  # of this process: rows that settle alike share them
+STARTS = SettledLoops()  # of this process: rows with the same settling share them
 
 
 def run_row(rig: dict, changes: dict, scene: dict, stop_rule: dict) -> dict:
-    """Values of a row (`sweep.SweepRow`) with the first of its steps that runs."""
+    """Return the values of a row (`sweep.SweepRow`) with the first of its steps that runs."""
     loaded = Rig.model_validate(rig)
     changed = loaded.changed(**changes) if changes else loaded
     rule = validated(StopRule, stop_rule | {"longest_turns": 1}, "stop_rule") if stop_rule else None
@@ -31,7 +31,7 @@ def run_row(rig: dict, changes: dict, scene: dict, stop_rule: dict) -> dict:
             return run_values(recording) | {"contacts_converged": converged}
         recording = simulate(requested, starts=STARTS)
         measures = whole_loop(recording) if requested.every_link else {}
-        # over all links, each with its error
+        # of all links, with errors
         return run_values(recording) | {
             f"whole_{name}{suffix}": value
             for name, estimate in measures.items()
@@ -43,11 +43,11 @@ def run_row(rig: dict, changes: dict, scene: dict, stop_rule: dict) -> dict:
 
 
 def run_values(recording: Recording) -> dict:
-    """Metrics, how the loop stands, and what computed it."""
+    """Return the metrics of a recording, the layout of its loop, and the software that computed it."""
     values = {name: value for name, value in run_metrics("", recording).items() if name != "run"}
-    sources, versions = made_with()
+    sources, versions = sources_and_versions()
     software = {"python": recording.meta["python"]} | versions
-    if recording.scene.pitches:  # where contacts are recorded pitch by pitch, more is known of them
+    if recording.scene.pitches:
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
     return values | recording.layout.known() | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),

@@ -26,7 +26,7 @@ from trackdyn_replication.paper.claims import (
 )
 from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MEASURES
-from trackdyn_replication.paper.printed import CELLS, DIFFERENCES, load_cells
+from trackdyn_replication.paper.published import CELLS, DIFFERENCES, load_cells
 from trackdyn_replication.paper.scorecard import (
     SHORT,
     count,

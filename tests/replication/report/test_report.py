@@ -14,9 +14,9 @@ from tests.conftest import made_recording
 from trackdyn.contact.laws import find_area
 from trackdyn.fieldtest.figures import history_figure, spectrum_figure
 from trackdyn.fieldtest.sensor_csv import SensorRecord
+from trackdyn.measure.estimators import sensor_metrics
 from trackdyn.measure.events import mean_events
 from trackdyn.measure.spectra import rms
-from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points
 from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.style import new_figure, save
@@ -29,7 +29,7 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.paper.contents import PAPER
 from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
-from trackdyn_replication.paper.printed import SENSORS
+from trackdyn_replication.paper.published import SENSORS
 from trackdyn_replication.report.figures.closure import closure_figure
 from trackdyn_replication.report.figures.engagement import seated_pins
 from trackdyn_replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage

@@ -12,7 +12,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import holds_line, main_line
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn_replication.paper.printed import CELLS
+from trackdyn_replication.paper.published import CELLS
 
 LEAST_RADII = 5  # from which on a ring study shows how something depends on the radius
 

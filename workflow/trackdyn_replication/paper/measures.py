@@ -10,7 +10,7 @@ from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.events import RESOLUTION
 from trackdyn.measure.ring_rule import DurationRule, RingRule
 from trackdyn_replication.paper.evidence import Evidence, NotThere, Range
-from trackdyn_replication.paper.printed import CELLS, value_difference
+from trackdyn_replication.paper.published import CELLS, value_difference
 
 SAME = 1e-9  # radii are compared with printed ones, m
 

@@ -22,7 +22,7 @@ from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields
 from trackdyn_replication.paper.evidence import LEAST_RADII
-from trackdyn_replication.paper.printed import RECORD_DURATION, load_cells
+from trackdyn_replication.paper.published import RECORD_DURATION, load_cells
 from trackdyn_replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene
 from trackdyn_replication.study.variants import REFERENCE, SETTINGS
 

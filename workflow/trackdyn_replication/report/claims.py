@@ -8,7 +8,7 @@ from pathlib import Path
 from trackdyn.inputs.files import write_csv
 from trackdyn_replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
 from trackdyn_replication.paper.evidence import collect
-from trackdyn_replication.paper.printed import load_cells
+from trackdyn_replication.paper.published import load_cells
 from trackdyn_replication.paper.scorecard import sentence_verdicts
 
 

@@ -13,9 +13,9 @@ import pandas as pd
 from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.taken import record_metrics
-from trackdyn_replication.paper import printed
-from trackdyn_replication.paper.printed import SENSORS, value_difference
+from trackdyn.measure.estimators import record_metrics
+from trackdyn_replication.paper import published
+from trackdyn_replication.paper.published import SENSORS, value_difference
 
 Sensors = Mapping[float, SensorRecord | None]
 
@@ -39,7 +39,7 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
     for rpm, run, measured in _pairs(metrics, sensors):
         sensor = measured or defaultdict(lambda: nan)
         row = {"speed_rpm": rpm, "sensor_record": label}
-        for name, paper in printed.DIFFERENCES.items():
+        for name, paper in published.DIFFERENCES.items():
             simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
             measured, standard_error = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
             row |= {
@@ -65,7 +65,7 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
     Parameters are those of :func:`table3`.
     """
     rows = []
-    names = {  # of a column here, and in `measure.taken.sensor_metrics`
+    names = {  # of a column here, and in `measure.estimators.sensor_metrics`
         f"line_{prefix}{name}": f"line_{name}{ending}"
         for name in ("hz", "error_hz", "g", "error_g")
         for prefix, ending in (("", ""), ("binfree_", "_binfree"))
@@ -75,7 +75,7 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
             if line is not None:
                 row = {"speed_rpm": rpm, "source": source}
                 row |= {name: float(line[column]) for name, column in names.items()} | {"printed_of_papers": of_paper}
-                hz, g, _ = printed.LINES[of_paper]
+                hz, g, _ = published.LINES[of_paper]
                 rows.append(row | {"line_printed_hz": hz.get(rpm, nan), "line_printed_g": g.get(rpm, nan)})
     return pd.DataFrame(rows)
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, save, styled, upper_edge
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn_replication.paper import printed
+from trackdyn_replication.paper import published
 
 # A gap of exactly nothing cannot stand on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
@@ -33,7 +33,7 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
         label = f"{rpm:g} rpm: largest {after} m, before {before} m"
         ax.plot(time, largest, color=colour, linestyle=DASHES[i % len(DASHES)], label=label)
         ax.plot(time, opened, color=colour, linestyle="none", marker=".", markersize=2.0)
-    limit = printed.LOOP_GAP
+    limit = published.LOOP_GAP
     ax.axhline(limit, **PRINTED, linewidth=1.4, zorder=4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
     ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")

@@ -16,7 +16,7 @@ from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.drawing import ring_words
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording
-from trackdyn_replication.paper import printed
+from trackdyn_replication.paper import published
 from trackdyn_replication.paper.measures import MAXIMUM
 from trackdyn_replication.report.marks import HALO
 
@@ -89,9 +89,9 @@ def select_passage(recording: Recording) -> Selected:
 
 def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
     """Return printed times of events after the first printed contact, s, scaled to the speed of the sprocket."""
-    times = printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING
+    times = published.EVENTS_WITH_RING if ring else published.EVENTS_WITHOUT_RING
     first = min(time for event, time in times.items() if "first" in event)
-    scale = turn_s * 115 / (60 * printed.TRANSMISSION_RATIO)
+    scale = turn_s * 115 / (60 * published.TRANSMISSION_RATIO)
     return {event: (time - first) * scale for event, time in times.items()}
 
 

@@ -14,7 +14,7 @@ from trackdyn.inputs.files import write_csv
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn_replication.paper import printed
+from trackdyn_replication.paper import published
 from trackdyn_replication.report import marks
 
 LEAST_DIFFERENCE = 1e-6  # lower end of the logarithmic axis, percent
@@ -85,7 +85,7 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     above.set_ylabel("y of the link (m)")
     above.set_xlim(time[0], time[-1])
     below.set_ylabel("difference\n(% of range)")
-    limit = printed.DISPLACEMENT_DIFFERENCE
+    limit = published.DISPLACEMENT_DIFFERENCE
     if missing:
         box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
         below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)

@@ -11,7 +11,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import main_line
 from trackdyn.plots.style import save
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn_replication.paper.printed import SENSORS, lettered, peaks
+from trackdyn_replication.paper.published import SENSORS, lettered, peaks
 
 
 def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:

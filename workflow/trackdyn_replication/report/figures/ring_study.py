@@ -7,13 +7,13 @@ from matplotlib.figure import Figure
 
 from trackdyn.plots.ring_study import figures
 from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, new_figure, save, styled
-from trackdyn_replication.paper import printed
+from trackdyn_replication.paper import published
 
 MARKS = {
-    "right arc free from here on (printed)": printed.RADIUS_WITHOUT_RIGHT_CONTACT,
-    "recommended (printed)": printed.RADIUS_CHOSEN,
+    "right arc free from here on (printed)": published.RADIUS_WITHOUT_RIGHT_CONTACT,
+    "recommended (printed)": published.RADIUS_CHOSEN,
 }
-STEADY = printed.STEADY_LEFT_SHARE, printed.RADIUS_OF_STEADY_LEFT_SHARE
+STEADY = published.STEADY_LEFT_SHARE, published.RADIUS_OF_STEADY_LEFT_SHARE
 
 
 @styled
@@ -32,7 +32,7 @@ def creep_figure(study: pd.DataFrame, grips: pd.DataFrame) -> Figure:
             for ax, side in zip(column, ("left", "right"), strict=True):
                 ax.plot(1e3 * group["ring_radius_m"], group[f"{side}_share_pct"], **look, label=f"{rpm:g} rpm")
         for ax in column:
-            ax.axvline(1e3 * printed.RADIUS_WITHOUT_RIGHT_CONTACT, **PRINTED, linewidth=0.6, zorder=1)
+            ax.axvline(1e3 * published.RADIUS_WITHOUT_RIGHT_CONTACT, **PRINTED, linewidth=0.6, zorder=1)
             ax.set_ylim(bottom=-0.5)
         column[1].set_xlabel("radius of the ring (mm)")
     for ax, side in zip(axes[:, 0], ("left", "right"), strict=True):

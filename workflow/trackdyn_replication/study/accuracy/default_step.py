@@ -13,8 +13,8 @@ from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SENSED
 from trackdyn.measure.contacts import TOUCHING, passage_arrays
+from trackdyn.measure.estimators import contact_series
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.taken import contact_series
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series, error_against
 from trackdyn.measure.whole_loop import work_series
 from trackdyn.rig.rig import Rig, load_rig

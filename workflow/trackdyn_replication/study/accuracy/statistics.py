@@ -3,8 +3,8 @@
 import numpy as np
 
 from trackdyn.measure.catalogue import ABSOLUTE, NAMED
+from trackdyn.measure.estimators import meshing_summary, sensor_metrics
 from trackdyn.measure.sensor import sense, whole_samples
-from trackdyn.measure.taken import meshing_summary, sensor_metrics
 from trackdyn.measure.uncertainty import Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene

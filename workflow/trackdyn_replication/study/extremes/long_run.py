@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.sensor import readings
+from trackdyn.measure.sensor import sensor_signal
 from trackdyn.measure.spectra import rms
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.energy_balance import OPEN_SHARE, open_share
+from trackdyn.simulation.energy_balance import LARGEST_RESIDUAL, open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn_replication.study.extremes.judge import GAP, attempted, below
@@ -41,7 +41,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     rows = []
     for _ in range(round(seconds / chunk)):
         record = Recorder(loop, piece, checked=False).finish().record.samples
-        ay = readings(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
+        ay = sensor_signal(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
         row |= {"rms_g": rms(ay), "resident_mb": resident_mb()}
@@ -60,7 +60,7 @@ def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
     change = float(abs(last.mean() - first.mean()))
     for name, *measured in (
         ("closure error", gap, GAP, "closure error in m"),
-        ("energy residual", share, OPEN_SHARE, "energy residual of a chunk"),
+        ("energy residual", share, LARGEST_RESIDUAL, "energy residual of a chunk"),
         ("statistics of the first and last quarter", change, drift, "change of the RMS in g"),
         ("memory", max(round(grown), 0), MEMORY_MB, "growth of the memory in MB"),
     ):

@@ -13,7 +13,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step, round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.step_check import FINER, NO, OPEN, PEAKS, RMS, YES
+from trackdyn.simulation.step_check import DOUBTFUL_STEP_DIVISOR, NO, OPEN, PEAKS, RMS, YES
 from trackdyn_replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
 
 FAMILY = "short runs"
@@ -78,7 +78,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
         limit = min(limit, LARGEST)
         step = round_step(settings["share"] * limit, 1.0 / rig.rate)
         loop = Loop(probe.with_(step=step))
-        fine, _ = _run(Loop(probe.with_(step=step / FINER)), settings["seconds"], False)
+        fine, _ = _run(Loop(probe.with_(step=step / DOUBTFUL_STEP_DIVISOR)), settings["seconds"], False)
     except (InputError, DivergenceError) as error:
         return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}

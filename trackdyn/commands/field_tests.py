@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from trackdyn.commands import options, printed
+from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError
 
@@ -168,5 +168,5 @@ def _compare(recording, record, path: str):
     no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"
-    printed.remarks(recording, *map(options.as_options, doubts_of(recording, record, table)), no_line)
+    console.remarks(recording, *map(options.as_options, doubts_of(recording, record, table)), no_line)
     return table

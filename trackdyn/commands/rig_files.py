@@ -1,4 +1,4 @@
-"""The commands about rigs: ``trackdyn check``, ``trackdyn new`` and ``trackdyn rigs``."""
+"""Commands of rigs: ``trackdyn check``, ``trackdyn new`` and ``trackdyn rigs``."""
 
 import textwrap
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands import options, printed
+from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, TrackdynError, shown
 
@@ -14,17 +14,17 @@ from trackdyn.inputs.errors import InputError, TrackdynError, shown
 def rigs() -> None:
     """List the rigs of the package.
 
-    Example: `trackdyn rigs` prints the name of each, its pitches, teeth and wheels, and what it is.
+    Example: `trackdyn rigs` prints the name of each, its pitches, teeth and wheels, and a description.
     """
     from trackdyn.inputs.yaml_file import read_yaml
     from trackdyn.rig.rig_file import DEFAULT, read_rig, shipped_rigs
 
     for name, path in shipped_rigs().items():
-        rig = read_rig(name)  # not `load_rig`: a list needs no library that computes
+        rig = read_rig(name)  # not `load_rig`: a list needs no numerical library
         chain, teeth = rig["chain"], rig["sprocket"]["teeth"]["value"]
         kind = chain["kind"]["value"].replace("_", "-") if "kind" in chain else "double-pin"
         counts = f"{chain['pitches']['value']} pitches ({kind}), {teeth} teeth, {1 + len(rig['wheels'])} wheels"
-        used = ", used where none is named" if name == DEFAULT else ""
+        used = ", the default" if name == DEFAULT else ""
         typer.echo(f"{name:>22}  {counts}{used}\n{'':>22}  {read_yaml(path)['about']}")
 
 
@@ -38,7 +38,7 @@ def new(
 ) -> None:
     """Write a rig file to edit.
 
-    It has the wheels and the tension of an included rig, and all else as comments.
+    It has the wheels and the tension of an included rig, and all other parameters as comments.
 
     Example: `trackdyn new my_rig.yaml --like bench` starts a track of your own from the wheels of a bench.
     """
@@ -63,9 +63,9 @@ def check(
     ] = True,
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Draw a rig's loop, and say what is unusual about it.
+    """Draw the loop of a rig, and list unusual values.
 
-    It also says how the chain wraps the wheels and which step the rig allows.
+    Wrap angles of the wheels and the step that the rig allows are printed, too.
 
     Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
     """
@@ -88,14 +88,14 @@ def check(
     figure = draw_rig(loaded, checks.frame, checks.wheels)
     with noting([rig_path(rig)], out):
         save(figure, out, out.suffix.removeprefix("."), dpi=SCREEN_DPI)
-    printed.rig_report(checks)
+    console.rig_report(checks)
     for text in unusual or ["nothing"]:
-        printed.line("unusual", options.as_options(text))
-    printed.line("picture", str(out))
+        console.line("unusual", options.as_options(text))
+    console.line("picture", str(out))
 
 
 def rig_text(like: str) -> str:
-    """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
+    """Return the text of a rig file that begins with an included rig (else `InputError`), mostly as comments."""
     from trackdyn.rig.rig import load_rig
     from trackdyn.rig.rig_file import GROUPS, SHIPPED, read_rig, shipped_rigs
 
@@ -107,7 +107,7 @@ def rig_text(like: str) -> str:
         return str(entry["value"]) if entry["unit"] in ("name", "1") else f"{float(entry['value'])!r} {entry['unit']}"
 
     def read(section: dict, name: str) -> dict:
-        """Entries of a section that are no table and have an effect."""
+        """Return the entries of a section that are no table and have an effect."""
         return {
             key: item
             for key, item in section.items()

@@ -1,4 +1,4 @@
-"""The commands of a recording: ``trackdyn show`` and ``trackdyn export``."""
+"""Commands of recordings: ``trackdyn show`` and ``trackdyn export``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,15 +16,15 @@ def show(
         Path | None, options.file_option("--out", "Page to write; the recording's name by default", ".html")
     ] = None,
     seconds: Annotated[
-        float | None, options.number("--seconds", "Length of what moves, s; a turn of the sprocket by default.")
+        float | None, options.number("--seconds", "Length of the animation, s; a turn of the sprocket by default.")
     ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Show a run on one page.
 
-    It has the loop in motion, tension, sensor, contacts, energy and choices. What moves is simulated again from the
-    recording's scene, lead-in included.
+    It has an animation of the loop, tension, sensor, contacts, energy and choices. The animation is simulated again
+    from the recording's scene, lead-in included.
 
     Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """
@@ -60,8 +60,8 @@ def export(
 ) -> None:
     """Write a recording as a table for other programs.
 
-    It has time and the sensor's axes (Eq. 40), names with units, and a comment on rig and scene: CSV, or MATLAB's
-    .mat by the ending.
+    It has time and the sensor's axes (Eq. 40), names with units, and a comment on rig and scene. The ending selects
+    CSV or MATLAB's .mat.
 
     Example: `trackdyn export run.npz run.csv` writes a table that a spreadsheet, pandas and `trackdyn compare` read.
     """
@@ -71,9 +71,9 @@ def export(
     loaded = load_recording(recording)
     if contacts and sensor is not None:
         raise InputError(f"--sensor {sensor}: contacts are of pitches; leave out --sensor or --contacts")
-    stated = (f"export {sensor} {pitch} {contacts}",)  # one value: another selection is another table
-    options.check_output(out, overwrite, recording, stated)
-    with noting([recording, stated], out):
+    selection = (f"export {sensor} {pitch} {contacts}",)  # one value: another selection is another table
+    options.check_output(out, overwrite, recording, selection)
+    with noting([recording, selection], out):
         table = write(loaded, out, sensor, pitch or (), contacts)
     if not quiet:
         typer.echo(f"{out}: {len(table)} rows of {', '.join(table.columns[:8])}{', ...' * (len(table.columns) > 8)}")

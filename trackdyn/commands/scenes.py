@@ -1,4 +1,4 @@
-"""The command that runs a scene: ``trackdyn simulate``."""
+"""Command that runs a scene: ``trackdyn simulate``."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands import options, printed
+from trackdyn.commands import console, options
 from trackdyn.inputs.errors import InputError
 
 
@@ -17,14 +17,14 @@ def simulate(
     ring_radius: options.RingRadius = None,
     duration: Annotated[float, options.number("--duration", "Recorded time, s.")] = 20.0,
     lead_in: Annotated[
-        float, options.number("--lead-in", "Time at constant speed before the record, s; 1 s of start-up comes before.")
+        float, options.number("--lead-in", "Time at constant speed before the record, s; after 1 s of start-up.")
     ] = 5.0,
     preset: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
             autocompletion=lambda: ["fast", "standard", "paper", "reference"],
-            help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
+            help="Bundle of choices: fast, standard, paper or reference; by default standard, or that of --tolerance.",
         ),
     ] = None,
     step: options.StepOption = None,
@@ -43,8 +43,8 @@ def simulate(
 ) -> None:
     """Run one scene and write its recording.
 
-    A file of that name is replaced when the run is done. With --tolerance trial runs find the cheapest method and step
-    that keep it, unless they are stated, and the plan is printed. The run then ends when the error of every --measure
+    A file of that name is replaced when the run is done. With --tolerance, trial runs find the cheapest method and step
+    that keep it, unless these are options, and the plan is console. The run then ends when the error of every --measure
     is at most that share of its value, or of a sprocket turn for contact durations, regardless of --duration.
 
     Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.
@@ -63,7 +63,7 @@ def simulate(
         loaded = loaded.sampled(rate)
     scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if foreign := foreign_groove(loaded, rig):
-        printed.warn(foreign)
+        console.warn(foreign)
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is None:
@@ -74,12 +74,12 @@ def simulate(
 
 
 def _prepare(scene, out: Path, rig: str) -> None:
-    """Prepare what a run writes. Raises `InputError`: a file cannot be written, or is an input."""
+    """Check the output file of a run, and warn if it exists. Raises `InputError` as `options.check_output`."""
     from trackdyn.simulation.recorder import file_bytes
 
     options.check_output(out, True, rig, size=file_bytes(scene))
     if out.exists():
-        printed.warn(f"{out} exists and is replaced when the run is done; until then Ctrl-C keeps it")
+        console.warn(f"{out} exists and is replaced when the run is done; until then Ctrl-C keeps it")
 
 
 def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
@@ -87,22 +87,22 @@ def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
 
     _prepare(scene, out, rig)
     if not quiet:
-        printed.decisions(scene)
+        console.decisions(scene)
     recording = run(scene, progress=not quiet)
     recording.save(out)  # before measures, which a short run may not have
-    printed.tension(scene, recording, quiet)
-    printed.remarks(recording, recording.resolution.reason)
+    console.tension(scene, recording, quiet)
+    console.remarks(recording, recording.resolution.reason)
     if not quiet:
         from trackdyn.measure.metrics import shown_measures
 
         if len(recording.time) > 1:
-            printed.measures(recording, shown_measures(recording))
+            console.measures(recording, shown_measures(recording))
         else:
-            printed.warn(f"{out} has one sample, and no measures")
+            console.warn(f"{out} has one sample, and no measures")
 
 
 def _plan(scene, measure: list[str] | None, tolerance: float, longest: float, preset: str | None, fields: dict):
-    """The plan for a scene; the method and step that options state stay as they are."""
+    """Return the plan for a scene; method and step of options remain."""
     from trackdyn.measure.planner import plan as plan_scene
 
     free = preset is None and not {"step", "integrator"} & fields.keys()
@@ -115,14 +115,14 @@ def _until_converged(plan, tolerance: float, longest: float, out: Path, rig: str
     scene = plan.scene.with_(duration=whole_samples(plan.scene.rig.rate, plan.duration))
     _prepare(scene, out, rig)
     if not quiet:
-        printed.plan(plan)
-        printed.decisions(scene)
+        console.plan(plan)
+        console.decisions(scene)
     answer = plan.run()
     answer.recording.save(out)
-    printed.tension(plan.scene, answer.recording, False)
-    printed.remarks(answer.recording)
-    printed.answer(answer)
+    console.tension(plan.scene, answer.recording, False)
+    console.remarks(answer.recording)
+    console.answer(answer)
     if not answer.converged:
         raise InputError(
-            f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has what was reached"
+            f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has the run so far"
         )
