@@ -16,7 +16,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.brake import slip
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
@@ -112,15 +112,15 @@ def test_no_load_changes_no_byte(bench):
     ]
     braked = Loop(scene_of(bench, **LAWS, load=LOAD))
     assert all(
-        leaf.tobytes() == flat(braked.state)[name].tobytes() for name, leaf in flat(loops[0].state).items()
+        leaf.tobytes() == flatten(braked.state)[name].tobytes() for name, leaf in flatten(loops[0].state).items()
     )  # at rest
     assert braked.model.wheels.torque[IDLER] == LOAD * braked.scene.braked_wheel[1]
     for loop in loops:
         loop.advance(0.4)
-    first, *others = [[leaf.tobytes() for leaf in flat(loop.state).values()] for loop in loops]
+    first, *others = [[leaf.tobytes() for leaf in flatten(loop.state).values()] for loop in loops]
     assert others == [first, first]
     braked.advance(0.4)
-    assert [leaf.tobytes() for leaf in flat(braked.state).values()] != first
+    assert [leaf.tobytes() for leaf in flatten(braked.state).values()] != first
     # a loop that runs may be given a load, and be freed of it
     changed = loops[0].changed(load=LOAD)
     assert changed.model.wheels.torque[IDLER] == LOAD * changed.scene.braked_wheel[1]
