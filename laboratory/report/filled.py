@@ -2,13 +2,13 @@
 
 from laboratory.report.plausible import answer_text
 from trackdyn_replication.paper.finding import TABLE as GRIP
-from trackdyn_replication.paper.tracks import FOLDER
+from trackdyn_replication.paper.tracks import FOLDER, RINGS
 from trackdyn_replication.report.filled import main
 
 PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv")
 TABLES = (
-    GRIP, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,
+    GRIP, RINGS, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,
     *(f"{FOLDER}/{name}.csv" for name in ("grips_numbers", "grips_sentences", "searched_rigs", "search_rows")),
 )  # fmt: skip
 PAGES = (("docs/answer.md", TABLES, answer_text),)

@@ -28,13 +28,13 @@ from trackdyn_replication.paper.tracks import (
     RUBBER,
     SHARES_READ,
     TRACKS,
-    chosen_distances,
+    chosen_rings,
     creep_counts,
     creep_slope,
-    distance_sentence,
     follows_sentence,
     mobilised,
     neighbours_sentence,
+    ring_sentences,
     track_rows,
 )
 from trackdyn_replication.report.filled import blocks
@@ -127,7 +127,7 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    study, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *searched = tables
+    study, rings, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *searched = tables
     grips, grips_sentences, ends, rows = searched
     table, unjudged = _table(sentences, default)
     missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
@@ -135,7 +135,7 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         Path(__file__).with_name("answer.md.j2"),
         finding=" ".join(finding_sentences(ran(study))),
         checks=" ".join(check_sentences(ran(study))),
-        **_outcomes(draws) | _chosen(draws) | _creep(binned, values, default, parameters, of_ring),
+        **_outcomes(draws) | _chosen(rings) | _creep(binned, values, default, parameters, of_ring),
         follows=follows_sentence(sentences, draws),
         table=table,
         unjudged=", ".join(unjudged),
@@ -252,13 +252,11 @@ def _wrap(parameters: pd.DataFrame) -> float:
     return stiffness * load_rig("paper").pitch / 2 / (tension * radius**2)
 
 
-def _chosen(draws: pd.DataFrame) -> dict:
-    """The recommended radii of the tracks, how many have none, and how many are at an end of the grid."""
-    ran, config = draws[draws["state"] == DONE], load_plausible("config/plausible.yaml")
-    distances = chosen_distances(ran)
-    radii = sorted(radius for row in config.radii_m.values() if len(row) > 1 for radius in row)
-    ends = ran.loc[distances.index, "radius"].isin([radii[0], radii[-1]]).mean()
-    return {"at_end_pct": 100 * ends, "distance": distance_sentence(ran), "radii": radii}
+def _chosen(rings: pd.DataFrame) -> dict:
+    """The recommended rings of the tracks, and how many are at an end of the grid."""
+    radii = load_plausible("config/plausible.yaml").rings.radii_m
+    ends = chosen_rings(rings)["radius_m"].isin([radii[0], radii[-1]]).mean()
+    return {"at_end_pct": 100 * ends, "rings": ring_sentences(rings), "radii": radii}
 
 
 @run_job

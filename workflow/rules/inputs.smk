@@ -9,6 +9,7 @@ def below_root(path):
 TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "tooth", "near")
 PLAUSIBLE = {name: f"data/plausible/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
 TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
+TRACKS["rings"] = "data/plausible/rings.csv"
 # of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
 GRIPS = {"ring": "data/plausible/grips_ring.csv"}
 # of the study of the ring's tangential force (`snakemake -s laboratory/Snakefile -j2 grip`)
@@ -18,7 +19,7 @@ RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], *GRIPS.values(), GRIP),
+        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], TRACKS["rings"], *GRIPS.values(), GRIP),
         *CONFIG.files.values(),
     )
     for path in paths

@@ -18,8 +18,12 @@ RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.t
 FREE = "19"  # sentence that a summary of the tracks names: conclusion 3
 PITCH = "polygon"  # reading of equal pitch from which the recommended radius is counted
 OTHER_PITCHES = ("arc", "pins", "chord")
+RINGS = f"{FOLDER}/rings.csv"
+# its rules, and two of its states (`laboratory.plausible.rings`)
+HALF, OTHER_SHARES, DURATIONS, CHOSEN, NARROW = "0.5", ("0.3", "0.7"), "durations", "chosen", "larger misses"
+FRICTIONS = (0.03, 0.1)  # mobilised, that part tracks by their rings: a factor of two below and above the finding's
+STEP = 0.0005  # m: half of the step of the radii
 RING_VELOCITY = "ring_contact.transition_velocity"
-CREEP_BOUNDS = (RUBBER[0], 10.0)  # s/m, that part tracks by their rings
 SHARES_READ = (
     "Brackets have the 90 % interval of a share of the decided tracks and, where some are not decided, the share with "
     "these as no and as yes."
@@ -50,7 +54,7 @@ def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
 
 
 def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
-    """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` and ``mobilised``."""
+    """What plausible tracks say: tables ``sentences``, ``map``, ``draws``, ``mobilised`` and ``rings``."""
     share = share_of_tracks(track_rows(tables["sentences"]), FREE, ENGAGED)
     low, other = creep_counts(tables["map"], FREE)
     friction = mobilised(tables["mobilised"], RUBBER[0])
@@ -59,7 +63,7 @@ def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {share} of them; of all tracks on "
         f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, and on {other} of the others. At that slope the "
         f"ring of the default rig has {friction}.",
-        distance_sentence(tables["draws"]),
+        ring_sentences(tables["rings"]),
     ]
 
 
@@ -103,34 +107,65 @@ def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
     return first, second
 
 
-def chosen_distances(draws: pd.DataFrame, reading: str = PITCH) -> pd.Series:
-    """The ring to choose less the equal-pitch radius by a reading, mm, of every track that has a choice."""
-    if "radius" not in draws:
-        return pd.Series(dtype=float)
-    return (1e3 * (draws["radius"] - draws[f"equal_pitch {reading}"])).dropna()
+def of_start(rings: pd.DataFrame, rule: str, start: int = 0) -> pd.DataFrame:
+    """Rows of ``rings.csv`` by a rule, of the first start or of a later one, by ``draw``."""
+    starts = sorted(rings["start"].unique())
+    return rings[(rings["start"] == starts[start]) & (rings["rule"] == rule)].set_index("draw")
 
 
-def distance_sentence(draws: pd.DataFrame) -> str:
-    """The ring to choose as its distance from each reading of equal pitch, and how many tracks have none."""
-    distances = chosen_distances(draws)
-    if distances.empty:
-        return "Our rule recommends no ring for any track."
-    low, high = distances.quantile([0.1, 0.9])
-    middles = {name: chosen_distances(draws, name).median() for name in (PITCH, *OTHER_PITCHES)}
-    sides = [f"{abs(middle):.1f} mm {'above' if middle >= 0 else 'below'} `{name}`" for name, middle in middles.items()]
-    ran = draws[draws["state"] == "done"]
-    first, second = CREEP_BOUNDS
-    words = (f"below {first:g} s/m", f"from there to {second:g} s/m", f"above {second:g} s/m")
-    bins = pd.cut(ran["creep"], [0.0, first, second, np.inf], labels=words)
-    parts = [f"{rows.isna().sum()} of {len(rows)} {name}" for name, rows in ran["radius"].groupby(bins, observed=False)]
-    without = 100 * ran["radius"].isna().mean()
-    return (
-        "The rule by durations (that by the force of a tooth was not tried on these tracks) recommends a ring that "
-        f"lies {sides[0]}, the radius at which links and teeth have one pitch "
-        f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm). By other readings of that radius it lies "
-        f"{listed(sides[1:])}. For {without:.0f} % of the tracks there is none: by the creep slope of the ring for "
-        f"{listed(parts)}."
-    )
+def chosen_rings(rings: pd.DataFrame, rule: str = HALF) -> pd.DataFrame:
+    """Rows of the tracks on which a rule recommends a ring."""
+    rows = of_start(rings, rule)
+    return rows[rows["state"] == CHOSEN]
+
+
+def ring_sentences(rings: pd.DataFrame) -> str:
+    """The rings to choose on sampled tracks: on how many there is one, what it gains and costs, where it lies."""
+    tracks, chosen, by_durations = of_start(rings, HALF), chosen_rings(rings), chosen_rings(rings, DURATIONS)
+    others = [f"{len(chosen_rings(rings, share))} with a share of {share}" for share in OTHER_SHARES]
+    narrow = int((tracks["state"] == NARROW).sum())
+    labels = (f"below {FRICTIONS[0]:g}", f"from there to {FRICTIONS[1]:g}", f"above {FRICTIONS[1]:g}")
+    bins = pd.cut(tracks["mobilised_friction"], [0.0, *FRICTIONS, np.inf], right=False, labels=labels)
+    by_friction = [
+        f"{(states == CHOSEN).sum()} of {len(states)} {name}"
+        for name, states in tracks["state"].groupby(bins, observed=False)
+    ]
+    sentences = [
+        f"{len(tracks)} tracks, {int(tracks['engaged'].sum())} of them engaged, were run from one start with rings in "
+        f"steps of a millimetre, at 115 and 210 rpm: our rule recommends a ring on {len(chosen)}, on {listed(others)}. "
+        f"On {narrow} a ring halves the force of a tooth, but not all up to a millimetre above it. "
+        f"By the mobilised friction of a ring of 0.308 m there is a choice on {listed(by_friction)}."
+    ]
+    if len(chosen):
+        gain, cost = (f"{_spread(chosen[name], '.2f')}" for name in ("tooth_ratio", "tension_ratio"))
+        above = {name: 1e3 * (chosen["radius_m"] - chosen[f"{name}_m"]) for name in (PITCH, *OTHER_PITCHES)}
+        middles = [f"{_spread(above.pop(PITCH), '+.1f')} mm from `{PITCH}`"]
+        middles += [f"{values.median():+.1f} mm from `{name}`" for name, values in above.items()]
+        sentences.append(
+            f"The recommended ring leaves a tooth {gain} of its force without a ring at {cost} times the tension "
+            f"(median; 80 % of the tracks). Its radius is {listed(middles)}, readings of the radius at which links and "
+            "teeth have one pitch."
+        )
+    if len(by_durations):
+        more = [int((by_durations["tooth_ratio"] > limit).sum()) for limit in (float(HALF), 1.0)]
+        sentences.append(
+            f"The rule by durations recommends a ring on {len(by_durations)}; on {more[0]} of these a tooth bears more "
+            f"than half of its force without a ring, on {more[1]} more than all of it."
+        )
+    if rings["start"].nunique() > 1:
+        other = of_start(rings, HALF, 1)
+        moved = (other["radius_m"].fillna(0.0) - tracks["radius_m"].fillna(0.0).reindex(other.index)).abs()
+        sentences.append(
+            f"From a second start {len(other)} of them were run: the choice is the same on {int((moved < STEP).sum())} "
+            f"and moves by a millimetre on {int(moved.between(STEP, 3 * STEP).sum())}."
+        )
+    return " ".join(sentences)
+
+
+def _spread(values: pd.Series, form: str) -> str:
+    """Median, and in brackets the range of the middle 80 %."""
+    low, middle, high = values.quantile([0.1, 0.5, 0.9])
+    return f"{middle:{form}} ({low:{form}} to {high:{form}})"
 
 
 def neighbours_free(near: pd.DataFrame) -> str:

@@ -16,7 +16,15 @@ from trackdyn_replication.paper.claims import MET, NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
 from trackdyn_replication.paper.finding import finding_sentences, ran
 from trackdyn_replication.paper.scorecard import MARKS, other_numbers, outside_sentence, statements, verdict_line
-from trackdyn_replication.paper.tracks import FOLDER, FREE, creep_slope, learned_sentences, mobilised, neighbours_free
+from trackdyn_replication.paper.tracks import (
+    FOLDER,
+    FREE,
+    RINGS,
+    creep_slope,
+    learned_sentences,
+    mobilised,
+    neighbours_free,
+)
 from trackdyn_replication.report.figures.trade import answers, trade_sentence
 from trackdyn_replication.study.accuracy.default_step import default_step_text
 from trackdyn_replication.study.extremes.resolved import short_runs_verdict
@@ -172,11 +180,11 @@ def stored(source: str) -> Path:
     return Path(source) if "/" in source else Path(MEASURED, source)
 
 
-TRACK_TABLES = ("sentences", "map", "draws", "mobilised")  # of `learned_sentences`
+TRACK_TABLES = ("sentences", "map", "draws", "mobilised", "rings")  # of `learned_sentences`
 README = (
     GRIP, "claims.csv", "sentences.csv", "printed_numbers.csv", f"{FOLDER}/grips_sentences.csv", "parameters.csv",
     "planner.csv",
-    *(f"{FOLDER}/plausible_{name}.csv" for name in ("near", *TRACK_TABLES)),
+    *(f"{FOLDER}/plausible_{name}.csv" for name in ("near", *TRACK_TABLES[:-1])), RINGS,
 )  # fmt: skip
 PAGES: tuple[Page, ...] = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
