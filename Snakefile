@@ -1,6 +1,6 @@
 """The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it.
 
-The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 plausible`.
+The laboratory adds to it: `snakemake -s laboratory/Snakefile -j2 plausible`.
 """
 
 import re
@@ -36,7 +36,7 @@ except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 
 
-# The base of every configuration: a file of --configfile states what differs, and whole lists at that.
+# The base of every configuration: a file of --configfile states the differences, lists as a whole.
 configfile: "config/config.yaml"
 
 
@@ -45,7 +45,7 @@ try:
     # them, as YAML 1.1 in which 010 is 8, is not looked at.
     LAYERS = [workflow.configfiles[-1], *workflow.configfiles[:-1]]
     CONFIG, RIG, SCENES = check_layers(LAYERS, dict(workflow.config_settings.config), update_config)
-    if workflow.is_main_process: # a mistake in the claims is said before anything is simulated
+    if workflow.is_main_process: # a mistake in the claims is reported before anything is simulated
         from trackdyn_replication.paper.claims import load_claims
 
         load_claims("config/claims.yaml")

@@ -1,4 +1,4 @@
-"""What the simulator costs: time a simulated second, time a body and step, memory, first-use compilation.
+"""Measure the costs of the simulator: time per simulated second and per body and step, memory, compilation.
 
     python benchmarks/cost.py --out results/benchmarks/cost.json
 
@@ -59,7 +59,7 @@ print(json.dumps(result))
 
 
 def summary(values) -> dict:
-    """Median, fastest and slowest of the repeats."""
+    """Return median, fastest and slowest of the repeats."""
     middle = statistics.median(values)
     return {"median": middle, "min": min(values), "max": max(values), "repeats": len(values)}
 
@@ -78,7 +78,7 @@ def in_subprocess(code: str, *arguments: str, **environment: str) -> dict:
 
 
 def compilation(rig_path: Path) -> dict:
-    """Seconds of import and first run with an empty and with a filled kernel cache."""
+    """Measure the seconds of import and first run with an empty and with a filled kernel cache."""
     with tempfile.TemporaryDirectory() as cache:
         cold = in_subprocess(COMPILE, str(rig_path), TRACKDYN_CACHE=cache)
         warm = in_subprocess(COMPILE, str(rig_path), TRACKDYN_CACHE=cache)
@@ -127,7 +127,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     return rows
 
 
-# what a scene may do without, or ask for: its cost is the difference from the plain scene
+# features that a scene may omit or add: the cost of each is the difference from the plain scene
 FEATURES = {
     "plain": {},
     "no contact log": {"contact_log": False},
@@ -145,7 +145,7 @@ FEATURES = {
 
 
 def features(rig, repeats: int) -> list[dict]:
-    """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
+    """Measure the cost of a step with and without each feature, the scenes in turn so that all share the noise."""
     from trackdyn import Loop, Scene
     from trackdyn.simulation.recorder import Recorder
 
@@ -176,7 +176,7 @@ def features(rig, repeats: int) -> list[dict]:
 
 
 def chain_alone(rig, repeats: int) -> list[dict]:
-    """Microseconds a body and a call of the Riccati sweep, from one loop of the rig to a hundred times that.
+    """Measure microseconds per body and call of the Riccati sweep, from one loop of the rig to a hundred times that.
 
     The bodies lie on a regular polygon, clockwise and closed, so that the closure is well posed at any size.
     """
@@ -220,7 +220,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
 
 
 def long_loops(repeats: int) -> list[dict]:
-    """Nanoseconds of CPU time a body and a whole step, of the two-wheel bench drawn out to more and more pitches.
+    """Measure nanoseconds of CPU time per body and step, of the two-wheel bench with more and more pitches.
 
     Hardly any weight, so that strands of up to 78 m stand off the ground; wheels and contacts stay the same, so their
     share falls.
@@ -257,7 +257,7 @@ def long_loops(repeats: int) -> list[dict]:
 
 
 def cpu_model() -> str:
-    """Name of the processor as the system gives it."""
+    """Return the name of the processor as the system gives it."""
     info = Path("/proc/cpuinfo")
     if info.exists():
         for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -267,7 +267,7 @@ def cpu_model() -> str:
 
 
 def machine() -> dict:
-    """What the numbers were measured on."""
+    """Return the machine, packages and sources of the measurement."""
     from trackdyn.jit import source_hash
 
     return {

@@ -1,4 +1,4 @@
-"""What a user waits for, as ratios to an earlier commit: both run in turn on one machine, so that its drift cancels.
+"""Compare the time a user waits with that of an earlier commit: both run in turn, so that the machine's drift cancels.
 
     python benchmarks/latency.py COMMIT [--turns 5] [--only "first run"]
 
@@ -51,7 +51,7 @@ COLUMNS = ("measure", "here_cpu_s", "there_cpu_s", "ratio", "ratio_min", "ratio_
 
 
 def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: Path) -> float:
-    """User and system seconds of a process and its children; it must succeed."""
+    """Return user and system seconds of a process and its children; it must succeed."""
     sources = os.pathsep.join(map(str, (checkout, checkout / "workflow")))  # in front of those that are installed
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
@@ -66,8 +66,8 @@ def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: P
 
 
 def compare(name: str, command: list[str], checkouts: tuple[Path, Path], folder: Path, turns: int) -> dict:
-    """A row: both checkouts in turn, after one run of each that is not counted."""
-    folders = tuple(folder / f"{k}" for k in range(2))  # neither reads what the other has recorded
+    """Measure a row: both checkouts in turn, after one run of each that is not counted."""
+    folders = tuple(folder / f"{k}" for k in range(2))  # neither reads the other's recordings
     for folder in folders:
         folder.mkdir(exist_ok=True)
     taken: list[list[float]] = [[], []]
@@ -90,7 +90,7 @@ def main() -> None:
     from trackdyn.inputs.files import write_csv
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("commit", help="what is compared with")
+    parser.add_argument("commit", help="commit to compare with")
     parser.add_argument("--out", type=Path, default=ROOT / "results/benchmarks/latency.csv")
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--only", default=",".join(ROWS), help=f"some of {', '.join(ROWS | SLOW)}; commas between them")

@@ -1,7 +1,7 @@
 """Snakemake in this checkout, from any folder: its arguments are Snakemake's.
 
-Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and runs what stands
-in them where they ask for it.
+Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and runs templates in
+them.
 """
 
 import os
@@ -16,10 +16,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def configurations(arguments: list[str]) -> list[Path]:
-    """Files of ``--configfile``, also those that a profile names."""
+    """Return the files of ``--configfile``, also those that a profile names."""
     from snakemake.cli import parse_args
 
-    # Snakemake itself says their help, and what is wrong with them
+    # Snakemake itself prints the help, and any mistake in the arguments
     with suppress(SystemExit), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         return list(parse_args(arguments)[1].configfile or [])
     return []
@@ -58,7 +58,7 @@ def main(arguments: list[str]) -> None:
             f"{error.filename}: cannot be made ({error.strerror}), and Snakemake needs a cache there; set "
             "XDG_CACHE_HOME to a folder that can be written"
         ) from None
-    if Path.cwd() != ROOT:  # an option that is given stands behind, and counts
+    if Path.cwd() != ROOT:  # options of the user come later, and win
         arguments = [f"--snakefile={ROOT / 'Snakefile'}", f"--directory={ROOT}", *arguments]
     for file in configurations(arguments):
         read_layer(file)

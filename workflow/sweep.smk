@@ -36,7 +36,7 @@ class Settings(Section):
     """Configuration of a sweep."""
 
     design: Name # a row per scene (.csv)
-    out: Name # a row per result (.csv); its folders lie beside it
+    out: Name # a row per result (.csv); its folders lie next to it
     rig: Name = DEFAULT # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap
@@ -50,9 +50,9 @@ except InputError as error:
     raise WorkflowError(str(error)) from None
 
 RETRIES = 2 # of a batch some of whose rows failed for a reason that may pass; then they are taken as they are
-BESIDE = str(Path(SWEEP.out).with_suffix(""))
-STORE = f"{BESIDE}.rows" # folder of rows as they come
-LOGS = f"{BESIDE}.logs/"
+BASE = str(Path(SWEEP.out).with_suffix(""))
+STORE = f"{BASE}.rows" # folder of rows as they come
+LOGS = f"{BASE}.logs/"
 SOURCES = module_hash("trackdyn.sweeps.batch_jobs") # an edit in what the jobs import makes their results due
 
 
@@ -78,7 +78,7 @@ rule batch:
         RIGS,
         design=SWEEP.design,
         rig=RIG,
-    output: f"{BESIDE}.batches/{{batch}}.csv"
+    output: f"{BASE}.batches/{{batch}}.csv"
     wildcard_constraints: batch=r"\d+"
     params:
         store=STORE,
@@ -96,7 +96,7 @@ rule batch:
 
 
 rule gather:
-    """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
+    """All rows in the order of the design; rows that failed for a passing reason are tried once more."""
     input:
         RIGS,
         expand(rules.batch.output, batch=range(SWEEP.batches)),

@@ -48,13 +48,13 @@ def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
 
 
 def rigs_of(config: PlausibleConfig, draws: Iterable[int]) -> dict[int, Rig]:
-    """The rigs of some draws, in their order; without those that cannot be built."""
+    """Return the rigs of some draws, in their order, without those that cannot be built."""
     rigs = {track.draw: track.rig for track in drawn_rigs(config)}
     return {draw: rig for draw in draws if (rig := rigs[draw]) is not None}
 
 
 def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]:
-    """Values whose tip slope is as far along the slopes with which the groove closes as along its range.
+    """Move the tip slope as far along the slopes with which the groove closes as it is along its range.
 
     A steep tip needs more room than some grooves have. The largest slope that can be cut is bracketed by halving; where
     it lies below the range, slopes begin at that of the seat.
@@ -75,7 +75,7 @@ def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]
 
 
 def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
-    """A rig with other values, or None and why there is none: its groove cannot be cut, its loop does not close."""
+    """Return a rig with other values, or None and the reason: its groove cannot be cut, its loop does not close."""
     try:
         changed = rig.changed(**fields)
         if can_close(changed):
@@ -86,16 +86,16 @@ def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
 
 
 def scenes(config: PlausibleConfig) -> list[list]:
-    """Speed, ring radius and whether it is measured in detail, of every scene of a row."""
+    """Return speed, ring radius and whether it is measured in detail, of every scene of a row."""
     detailed = {(rpm, config.ring_radius_m) for rpm in config.radii_m} | {(config.speed_rpm, None)}
-    # without a ring the paper shows one speed; a ring is chosen by what it is without one at every speed of its study
+    # without a ring the paper shows one speed; a ring is chosen by forces over those without it, at all its speeds
     bare = {config.speed_rpm: None} | {rpm: None for rpm, rings in config.radii_m.items() if len(rings) > 1}
     runs = [*bare.items(), *((rpm, ring) for rpm, rings in config.radii_m.items() for ring in rings)]
     return [[rpm, ring, (rpm, ring) in detailed] for rpm, ring in runs]
 
 
 def tooth_scenes(config: PlausibleConfig) -> list[list]:
-    """Scenes in which the tooth profiles are compared: every speed, without a ring and with the paper's."""
+    """Return the scenes in which tooth profiles are compared: every speed, without a ring and with the paper's."""
     return [[rpm, ring, True] for rpm in config.radii_m for ring in (None, config.ring_radius_m)]
 
 
@@ -107,7 +107,7 @@ def run_rigs(
     store: Path | str,
     laws: Mapping[str, str] | None = None,
 ) -> list[dict]:
-    """Rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
+    """Return the rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
 
     ``laws`` are choices in place of those of the configuration. None in place of a rig gives a refused row.
     """

@@ -1,4 +1,4 @@
-"""The tangential force of the ring, changed alone: what it decides on tracks that mesh as the paper prints.
+"""Effect of the ring's tangential force on tracks that mesh as the paper prints; nothing else is changed.
 
 Every track is run with several laws of friction between links and ring and all its other values, by Eq. 10 with a
 transition velocity or by Dahl's law with a shear stiffness.
@@ -34,7 +34,7 @@ def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
 
 
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
-    """Yield laws of friction that differ in one value: the `SETTING` of each, and what it changes in a rig."""
+    """Yield laws of friction that differ in one value: the `SETTING` of each, and its changes of a rig."""
     for value in friction.values:
         yield _setting(friction, value)
 
@@ -51,7 +51,7 @@ def _setting(friction: Friction, value: float) -> tuple[dict[str, Any], dict[str
 def run_laws(
     config: PlausibleConfig, run: TrackRun, tracks: Mapping[int, Rig], rpm: float, jobs: int, store: Path | str
 ) -> pd.DataFrame:
-    """Run tracks with every law at one speed (rev/min); return what each decides (`decided`), a row a track and law."""
+    """Run tracks with every law at one speed (rev/min); return the verdicts (`decided`), a row a track and law."""
     cases = [
         (draw, setting, rig.changed(**changes))
         for friction in config.grip.laws
@@ -68,7 +68,7 @@ def run_laws(
 
 
 def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, float]:
-    """Return what a row decides; nothing if it is not done.
+    """Return the verdicts of a row; none if it is not done.
 
     ``right_free_from_m`` is the least radius at which the right arc touches no tooth, ``right_back_from_m`` the least
     above it at which it does again, ``left_lost_from_m`` the least from which on the left arc touches none; NaN where

@@ -1,4 +1,4 @@
-"""Mobilised friction of the default rig's ring by its creep slope: what that slope means."""
+"""Mobilised friction of the default rig's ring by its creep slope."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -14,7 +14,7 @@ from trackdyn.simulation.loop import Loop
 
 
 def mobilised_table(config: PlausibleConfig, rig: Rig, slopes: list[float]) -> pd.DataFrame:
-    """Mobilised friction of a rig's ring at the printed radius, with other transition velocities, all else equal.
+    """Return the mobilised friction of a rig's ring at the printed radius, with other transition velocities alone.
 
     A row a creep slope (s/m) and a speed of the study, after its longest wait: ``creep, transition_velocity`` (m/s),
     ``rpm, mobilised_friction, error`` (1; over the passages of a turn).

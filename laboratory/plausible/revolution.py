@@ -1,6 +1,6 @@
 """Contacts of a revolution of the loop, stitched from the records of all connectors within a pitch passage.
 
-What is taken from whole passages of a long record comes here from samples of a short one (`stitched_contacts`).
+Quantities of whole passages of a long record come here from samples of a short one (`stitched_contacts`).
 """
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ PRINTED_AREAS = (2, 7)  # of the left and the right arc without a ring
 
 
 def summary(recording: Recording, detailed: bool = True) -> dict:
-    """Columns of `meshing_summary` that claims are judged by; if ``detailed``, events and forms without jumps.
+    """Return the columns of `meshing_summary` that claims are judged by; ``detailed``, events and forms without jumps.
 
     ``event <name>, scatter <name>, area <name>`` are those of `mean_events` and `like_peaks`. Forms without jumps:
     ``left_outside_pct, right_outside_pct``: contact in other areas than the printed ones, each times its distance in
@@ -53,7 +53,7 @@ def summary(recording: Recording, detailed: bool = True) -> dict:
 
 
 def stitched_contacts(recording: Recording) -> Recording:
-    """Contacts of one connector and the link ahead over a revolution of the loop for each whole passage of a record.
+    """Return the contacts of a connector and the link ahead over a revolution for each whole passage of a record.
 
     Every pitch is recorded. The revolutions stand one after another, each from the middle of the connector's free way
     on, with half a one before and after them. Other arrays than those of contacts are empty. The log is made from
@@ -89,7 +89,7 @@ def stitched_contacts(recording: Recording) -> Recording:
 
 
 def _free_way(touching: np.ndarray) -> int:
-    """Index of the middle of the longest pause of a circular series; 0 without a contact."""
+    """Return the index of the middle of the longest pause of a circular series; 0 without a contact."""
     at = np.flatnonzero(touching)
     if not len(at):
         return 0
@@ -99,7 +99,7 @@ def _free_way(touching: np.ndarray) -> int:
 
 
 def _sampled_intervals(force: np.ndarray, area: np.ndarray, pitch_and_side: tuple[int, int], rate: float) -> np.ndarray:
-    """(k,) intervals (`model.arrays.CONTACT_INTERVAL`) of a pitch and side from samples of its force and area."""
+    """Return (k,) intervals (`model.arrays.CONTACT_INTERVAL`) of a pitch and side from samples of force and area."""
     edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
     begins, ends = edges[::2], edges[1::2]
     rows = []

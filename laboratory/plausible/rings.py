@@ -1,4 +1,4 @@
-"""The ring to choose on sampled tracks, by the force of a tooth and by contact durations: what it gains and costs.
+"""The ring to choose on sampled tracks, by the force of a tooth and by contact durations, with its gain and cost.
 
 Every track that ran and did not jam is run with rings of all radii and without one, at two speeds, those that mesh as
 printed first. Peaks are means over the passages of a short record (`rows.run_rig`), largest samples.
@@ -35,7 +35,7 @@ def judged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
 
 
 def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
-    """Yield what each rule chooses in a study, a row per radius (NaN: no ring) and speed.
+    """Yield the choice of each rule in a study, a row per radius (NaN: no ring) and speed.
 
     ``rule``: the share of `RingRule` (0.3, 0.5, 0.7), or ``durations``; ``state``; of the ring that is chosen
     ``radius_m``, ``tooth_ratio`` and ``tension_ratio`` (1; force of a tooth and tension of the strand over those
@@ -46,20 +46,20 @@ def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
     rules = {f"{share:g}": RingRule(share) for share in sorted({RingRule().tooth_force, *OTHER_FORCES})}
     least = RingRule.worst(study).min()
     for name, rule in (rules | {DURATIONS: DurationRule(teeth)}).items():
-        kept, radius = [ring for ring, keeps in rule.kept(study).items() if keeps], rule.radius(study)
+        within, radius = [ring for ring, keeps in rule.kept(study).items() if keeps], rule.radius(study)
         rows = study[study["ring_radius_m"] == radius]
         yield {
             "rule": name,
-            "state": CHOSEN if radius == radius else NARROW if kept else NONE,
+            "state": CHOSEN if radius == radius else NARROW if within else NONE,
             "radius_m": radius,
             **rows[["tooth_ratio", "tension_ratio"]].max().to_dict(),
-            "kept_m": " ".join(f"{ring:g}" for ring in sorted(kept)),
+            "kept_m": " ".join(f"{ring:g}" for ring in sorted(within)),
             "least_ratio": least,
         }
 
 
 def of_track(config: PlausibleConfig, run: TrackRun, row: Mapping, rig: Rig) -> list[dict]:
-    """Return `choices` of a row (`rows.run_rig`), or its state alone: it did not run, or its chain is jammed.
+    """Return `choices` of a row (`rows.run_rig`), or only its state if it did not run or its chain is jammed.
 
     ``mobilised_friction`` is that of the paper's ring (1; mean of the speeds), ``right_back_m`` the least ring that
     brings the right arc back at a speed, above one with which it is free (m; NaN: none).

@@ -54,7 +54,7 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
 def _recorded(
     rig: Rig, rpm: float, ring: float | None, detailed: bool, fields: dict, row: Mapping, settled: SettledLoops
 ) -> Recording:
-    """Record of some passages after a wait in coarse steps, which the linearly implicit method allows."""
+    """Record some passages after a wait in coarse steps, which the linearly implicit method allows."""
     span = row["passages"] * Periods.at(rig, rpm).passage
     scene = Scene(
         rig, motor_rpm=rpm, ring_radius=ring, ramp=row["ramp_s"], lead_in=0.0, contact_log=False,
@@ -71,12 +71,12 @@ def _recorded(
 
 
 def scene_name(rpm: float, ring: float | None) -> str:
-    """Name of a scene in a row: ``115 none``, ``115 0.308``."""
+    """Return the name of a scene in a row: ``115 none``, ``115 0.308``."""
     return f"{rpm:g} {'none' if ring is None else format(ring, 'g')}"
 
 
 def _sensed(recording: Recording) -> dict[str, float]:
-    """RMS, SD and content from 20 Hz on (g) of a revolution of one link."""
+    """Return RMS, SD and content from 20 Hz on (g) of a revolution of one link."""
     ay = stitch(recording)
     measures = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std()}
     measures["high_frequency_g"] = high_frequency_rms(ay, recording.rate)

@@ -147,11 +147,11 @@ class PlausibleConfig(Section):
 
     @property
     def with_one_start(self) -> "PlausibleConfig":
-        """The same with rows of the first start alone."""
+        """Return the same with rows of the first start alone."""
         return self.model_copy(update={"row": self.row.model_copy(update={"starts": self.row.starts[:1]})})
 
     def of_run(self, run: TrackRun) -> "PlausibleConfig":
-        """The same with rows of the start and the integrator of a run."""
+        """Return the same with rows of the start and the integrator of a run."""
         row = {"starts": [self.row.starts[run.start - 1]], "integrator": run.integrator}
         return self.model_copy(update={"row": self.row.model_copy(update=row)})
 
@@ -161,7 +161,7 @@ class PlausibleConfig(Section):
         return [self.rig, self.near.rig]
 
     def shortened(self) -> "PlausibleConfig":
-        """The short form."""
+        """Return the short form."""
         near = self.near.model_copy(update={"rigs": 1})
         radii = {rpm: sorted({*rings[:2], self.ring_radius_m}) for rpm, rings in self.grip.radii_m.items()}
         grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii, "runs": self.grip.runs[:1]})

@@ -1,4 +1,4 @@
-"""Shares of tracks that show a sentence, maps of them, and which values part those that do from those that do not."""
+"""Shares of tracks that show a sentence, maps of them, and values that separate them from the others."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise, product
@@ -19,19 +19,19 @@ CREEP = "creep"  # creep slope of the ring, s/m
 PITCH_EDGES = (0.3015, 0.303, 0.3045, 0.306, 0.3085)  # of the bins of a map, m
 CREEP_EDGES = (0.2, 0.6, 2.0, 10.0, 80.0)  # s/m; the bounds of rubber, 2 and 80, are edges
 PERMUTATIONS, CHANCE = 2000, 0.01
-WITHOUT_RING = "No ring"  # begins the words of a sentence on the sprocket alone
+WITHOUT_RING = "No ring"  # begins a sentence on the sprocket without a ring
 
 
 def with_creep(judged: pd.DataFrame, friction: float) -> pd.DataFrame:
-    """Judged tracks with the creep slope of their rings, s/m: a friction over its transition velocity."""
+    """Return judged tracks with the creep slope of their rings, s/m: a friction over its transition velocity."""
     return judged.assign(**{CREEP: friction / judged["ring_contact.transition_velocity"]})
 
 
 def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[str, str]) -> pd.DataFrame:
-    """Share of tracks that show a sentence or a claim, with its 90 % interval (Clopper and Pearson), and its class.
+    """Return the share of tracks that show a sentence or claim, its 90 % interval (Clopper and Pearson), and its class.
 
     ``statements`` are columns of ``judged`` (`verdicts.judge_rows`) with their words; ``tracks`` are ``all``, or the
-    ``engaged`` ones alone. Bounds of a share are ``least`` and ``most``: what is not decided counts as no, and as yes.
+    ``engaged`` ones only. Bounds of a share are ``least`` and ``most``: undecided tracks count as no, and as yes.
     The class is ``follows`` from the configured share of the decided on, ``never`` where no track shows it, else
     ``depends``.
     """
@@ -55,7 +55,7 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
 
 
 def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
-    """Share of tracks that show a sentence by equal-pitch radius (m) and creep slope of the ring (s/m), binned."""
+    """Bin the share of tracks that show a sentence by equal-pitch radius (m) and creep slope of the ring (s/m)."""
     ran, rows = judged[judged["state"] == DONE], []
     for name in names:
         for low, high in pairwise(PITCH_EDGES):
@@ -70,7 +70,7 @@ def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
 def separating_values(
     judged: pd.DataFrame, statements: Mapping[str, str], values: Sequence[str], seed: int
 ) -> pd.DataFrame:
-    """Values whose ranks correlate with showing a sentence by more than chance, over all values and sentences at once.
+    """Return values whose ranks correlate with showing a sentence by more than chance, over all values and sentences.
 
     The largest rank correlation of all pairs is taken under `PERMUTATIONS` of the draws; a pair counts that it exceeds
     in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one. Rows go by sentence, the
@@ -111,7 +111,7 @@ def separating_values(
 def tooth_detail(
     rows: Iterable[tuple[int, dict]], speeds: Iterable[float], rings: Iterable[float | None]
 ) -> pd.DataFrame:
-    """Change of the RMS of the acceleration (g) by three surfaces in place of ten arcs.
+    """Return the change of the RMS of the acceleration (g) by three surfaces in place of ten arcs.
 
     ``rows`` are draws with the `rows.Values` of their rigs by profile: ``ten_arcs``, ``three_surfaces``.
     """

@@ -1,4 +1,4 @@
-"""What the sentences of the paper depend on: tracks from assumed ranges, drawn, run and judged."""
+"""Dependence of the paper's sentences on unknown values: tracks from assumed ranges, drawn, run and judged."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -21,13 +21,13 @@ PROFILES = ("ten_arcs", "three_surfaces")
 
 
 def judged_claims(path: Path | str) -> list[Claim]:
-    """Claims of sentences and printed numbers that a draw can decide."""
+    """Return the claims of sentences and printed numbers that a draw can decide."""
     claims = load_claims(path)
     return [claim for claim in claims if (claim.sentence or claim.numbers) and claim.name not in SET_BY_WHEELS]
 
 
 def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> dict[str, pd.DataFrame]:
-    """Tables of shares, maps and separating values, from ``judged`` rows and the file of claims."""
+    """Return tables of shares, maps and separating values, from ``judged`` rows and the file of claims."""
     statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
     claims = {claim.name: claim.claim for claim in load_claims(path) if claim.name in judged}
     unknowns = config.drawn_unknowns()

@@ -16,7 +16,7 @@ EDGE = 1e-9
 
 
 class Unknown(Section):
-    """A parameter that is not known: its range, and in what it is evenly spread."""
+    """An unknown parameter: its range, and the scale on which it is evenly spread."""
 
     names: Annotated[list[str], Field(min_length=1)]  # fields of the rig by dotted name that share the value
     low: float | None = None  # None: as in the rig's file
@@ -44,13 +44,13 @@ class Unknown(Section):
         return self.low is not None and self.high is not None
 
     def value(self, x: float) -> float:
-        """Value at a position of 0 to 1 in the range."""
+        """Return the value at a position of 0 to 1 in the range."""
         if self.scale == "log":
             return float(self.low * (self.high / self.low) ** x)
         return float(self.low + x * (self.high - self.low))
 
     def position(self, value: float) -> float:
-        """Position of a value; NaN for one outside the range."""
+        """Return the position of a value; NaN for one outside the range."""
         low, high = self.low, self.high
         if self.scale == "log" and value > 0:
             low, high, value = np.log([low, high, value])
@@ -61,7 +61,7 @@ class Unknown(Section):
 class Unknowns:
     """Unknowns of a rig in a fixed order: d of them, so that a rig is a point of the d-dimensional unit cube.
 
-    A ratio comes behind what it is a ratio to. ``ranges`` (`file_ranges`) are those of unknowns that state none.
+    A ratio comes after its denominator. ``ranges`` (`file_ranges`) are those of unknowns that state none.
     Raises `InputError`: a field that the rig does not have, one that occurs twice, one without a range.
     """
 
@@ -91,12 +91,12 @@ class Unknowns:
         return [unknown.label for unknown in self.unknowns]
 
     def values(self, x) -> dict[str, float]:
-        """Value of every unknown at a (d,) point of the unit cube, by label."""
+        """Return the value of every unknown at a (d,) point of the unit cube, by label."""
         pairs = zip(self.unknowns, x, strict=True)
         return {unknown.label: unknown.value(float(coordinate)) for unknown, coordinate in pairs}
 
     def changes(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Fields of the rig (``section.field``) that values by label set."""
+        """Return the fields of the rig (``section.field``) that values by label set."""
         fields: dict[str, float] = {}
         for unknown in self.unknowns:
             base = unknown.of
@@ -106,6 +106,6 @@ class Unknowns:
 
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float]]:
-    """``section.field`` of a rig's file to low and high, where it has them."""
+    """Return low and high of the fields (``section.field``) of a rig's file that have them."""
     table = parameter_table(path).dropna(subset=["low", "high"])
     return {row.name: (float(row.low), float(row.high)) for row in table.itertuples(index=False)}

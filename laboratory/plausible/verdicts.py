@@ -21,7 +21,7 @@ JAMMED = "jammed"  # state of a row that ran and whose chain does not lie on the
 
 
 def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, rig: Rig) -> Evidence:
-    """Return what a start of a rig gave as what claims are judged by; too few radii of a speed make no ring study.
+    """Return the values of a start as evidence for claims; too few radii of a speed make no ring study.
 
     ``row_scenes`` are speed (rev/min), ring radius (m) and whether it is measured in detail.
     """
@@ -51,8 +51,8 @@ def judge_rows(
     claims: list[Claim],
     sentences: Mapping[int, str],
 ) -> pd.DataFrame:
-    """A row a drawn rig: ``draw, state, reason``, the values that were drawn, the readings of its equal-pitch radius
-    (``equal_pitch <reading>``, m), and what it decides (`judge_rig`).
+    """Judge every drawn rig, a row each: ``draw, state, reason``, the drawn values, the readings of its equal-pitch
+    radius (``equal_pitch <reading>``, m), and its verdicts (`judge_rig`).
     """
     table = []
     for track, row in zip(drawn, rows, strict=True):
@@ -69,7 +69,7 @@ def judge_rows(
 def judge_rig(
     config: PlausibleConfig, row: Mapping, rig: Rig | None, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
-    """Whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim of its row.
+    """Return whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim.
 
     NaN where its starts differ. A row that is not done decides nothing, nor does one whose ring of the paper's radius
     carries nothing: its chain jams between the teeth.
@@ -92,7 +92,7 @@ def _same(value: float, other: float) -> bool:
 def _judged(
     config: PlausibleConfig, values: Values, rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
-    """What one start decides; empty for a chain that jams."""
+    """Judge one start; empty for a chain that jams."""
     if is_jammed(config, values):
         return {}
     shown_by = evidence(config, scenes(config), values, rig)
@@ -109,13 +109,13 @@ def _judged(
 
 
 def is_jammed(config: PlausibleConfig, values: Values) -> bool:
-    """Whether the ring of the paper carries nothing at a speed: the chain jams between the teeth."""
+    """Return whether the ring of the paper carries no load at a speed: the chain jams between the teeth."""
     at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
     return min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING
 
 
 def is_engaged(config: PlausibleConfig, values: Values, rig: Rig) -> bool:
-    """Whether connectors are in mesh as long as the paper prints, without a ring and with its own."""
+    """Return whether connectors are in mesh as long as the paper prints, without a ring and with its own."""
     without, ring = (values[scene_name(config.speed_rpm, radius)] for radius in (None, config.ring_radius_m))
     begin, ended = EVENTS_WITHOUT_RING["first contact of the right arc"], config.engaged.time_s
     for event, at in (("right gone", "right contact gone"), ("out", "out of engagement")):

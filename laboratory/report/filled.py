@@ -1,4 +1,4 @@
-"""Writes the measured parts of the pages on the laboratory from the results of its studies."""
+"""Write the measured parts of the pages on the laboratory from the results of its studies."""
 
 from laboratory.report.plausible import answer_text
 from trackdyn_replication.paper.finding import TABLE as GRIP

@@ -49,7 +49,7 @@ BLUES = colormaps["Blues"]  # from pale to dark, which a print in grey keeps apa
 
 
 def readings(draws: pd.DataFrame) -> dict[str, float]:
-    """Polygonal radius (m) at which each reading of equal pitch is the printed one: median over the tracks."""
+    """Return the polygonal radius (m) at which each reading of equal pitch is printed: median over the tracks."""
     return {
         name.removeprefix(READING): float((draws[EQUAL_PITCH] + RADIUS_CHOSEN - draws[name]).median())
         for name in draws
@@ -59,10 +59,10 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 
 @styled
 def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame, of_ring: pd.DataFrame) -> Figure:
-    """Share of tracks that show each sentence over equal pitch and creep slope of the ring, a map per sentence.
+    """Draw the share of tracks that show each sentence over equal pitch and creep slope of the ring, a map each.
 
     Tables are `shares.shares` of the sentences, `shares.share_map`, `verdicts.judge_rows`, and
-    `mobilised.mobilised_table`, whose mobilised friction stands beside the creep slopes.
+    `mobilised.mobilised_table`, whose mobilised friction labels the creep slopes.
     """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
     names = list(dict.fromkeys(binned["name"]))
@@ -85,7 +85,7 @@ def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFram
 
 
 def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
-    """Cells of one sentence with their counts; readings of equal pitch above them, rubber's range at their side."""
+    """Draw the cells of a sentence with their counts, the readings of equal pitch above, rubber's range at the side."""
     for cell in cells.itertuples():
         share = cell.shown / cell.decided if cell.decided else np.nan
         colour = BLUES(PALE + (DARK - PALE) * share) if cell.decided else "0.9"
@@ -114,7 +114,7 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
 
 
 def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
-    """What marks and colours mean, in a panel of its own."""
+    """Draw the legend of marks and colours in a panel of its own."""
     for marker, (name, radius) in zip(MARKERS, marked.items(), strict=False):
         ax.plot([], [], marker, color=VERMILION, label=f"0.308 m read as {name}: {radius:.4f} m")
     ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep assumed for rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
@@ -126,7 +126,7 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
-    """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
+    """Word the results of the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
     study, rings, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *searched = tables
     grips, grips_sentences, ends, rows = searched
     table, unjudged = _table(sentences, default)
@@ -184,7 +184,7 @@ def _together(rows: pd.DataFrame) -> str:
 
 
 def _outcomes(draws: pd.DataFrame) -> dict:
-    """How many draws are judged, how many jam, and how many were refused, with the reasons by number."""
+    """Count the draws that are judged, jam, or were refused, with the reasons by number."""
     judged, jammed = (draws["state"] == state for state in (DONE, JAMMED))
     causes = draws.loc[~judged & ~jammed, "reason"].fillna("").str.removeprefix("scene: ").str.removeprefix("rig: ")
     reasons = causes.str.split("( =|:)", regex=True).str[0].value_counts()
@@ -196,7 +196,7 @@ def _outcomes(draws: pd.DataFrame) -> dict:
 
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[str]]:
-    """Shares of the engaged tracks and of all, with intervals and bounds, and the default rig; by number."""
+    """Tabulate shares of the engaged tracks and of all, with intervals and bounds, and the default rig; by number."""
     rows = track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
     lines, unjudged = [], []
@@ -216,7 +216,7 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[st
 
 
 def _separating(values: pd.DataFrame) -> list[str]:
-    """The value that separates most for each sentence, with the medians of its tracks and of the others."""
+    """Word the value that separates most for each sentence, with the medians of its tracks and of the others."""
     parts, fields = [], load_rig("parts").fields
     for row in values.drop_duplicates("name").itertuples():
         unit = "s/m" if row.value == CREEP else fields[row.value].unit
@@ -234,7 +234,7 @@ def _creep(
     parameters: pd.DataFrame,
     of_ring: pd.DataFrame,
 ) -> dict:
-    """The creep slope that the default rig assumes, its mobilised friction, and which sentences go with a low one."""
+    """Return the creep slope of the default rig, its mobilised friction, and the sentences that go with a low one."""
     slope = creep_slope(parameters)
     met = set(default.loc[default["verdict"] == MET, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
@@ -245,7 +245,7 @@ def _creep(
 
 
 def _wrap(parameters: pd.DataFrame) -> float:
-    """The bushings' moment in the wrap over that of the tension: a chain of stiff bushings stands off the sprocket."""
+    """Return the bushings' moment in the wrap over that of the tension; stiff bushings lift the chain off."""
     of_rig = parameters.set_index("name")["value"]
     names = ("bushing.stiffness", "tension.pre_tension", EQUAL_PITCH)
     stiffness, tension, radius = (float(of_rig[name]) for name in names)
@@ -253,7 +253,7 @@ def _wrap(parameters: pd.DataFrame) -> float:
 
 
 def _chosen(rings: pd.DataFrame) -> dict:
-    """The recommended rings of the tracks, and how many are at an end of the grid."""
+    """Return the recommended rings of the tracks, and the share at an end of the grid."""
     radii = load_plausible("config/plausible.yaml").rings.radii_m
     ends = chosen_rings(rings)["radius_m"].isin([radii[0], radii[-1]]).mean()
     return {"at_end_pct": 100 * ends, "rings": ring_sentences(rings), "radii": radii}

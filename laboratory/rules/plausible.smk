@@ -14,7 +14,7 @@ rule plausible_tables:
     params:
         short=lambda wildcards: bool(wildcards.short),
         store=lambda wildcards: f"{L}/{wildcards.short}plausible",
-    # the short form runs beside others, and begins early
+    # the short form runs next to other jobs, and begins early
     threads: lambda wildcards: 1 if wildcards.short else 2
     priority: 60
     log: f"{L}/logs/{{short}}plausible.log"
@@ -22,7 +22,7 @@ rule plausible_tables:
 
 
 rule mobilised:
-    """What friction of the ring a creep slope stands for: the default rig with other transition velocities (half a minute)."""
+    """Friction of the ring by its creep slope: the default rig with other transition velocities (half a minute)."""
     input:
         config="config/plausible.yaml",
         rigs=load_plausible("config/plausible.yaml").rigs,
@@ -45,7 +45,7 @@ rule plausible_figure:
 
 
 rule grip_table:
-    """What the tangential force of the ring decides: tracks that mesh as printed, with laws of friction changed alone."""
+    """Effect of the ring's tangential force: tracks that mesh as printed, with other laws of friction."""
     input:
         config="config/plausible.yaml",
         draws="data/plausible/plausible_draws.csv",

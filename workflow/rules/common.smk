@@ -8,12 +8,12 @@ onstart:
 
 
 def figure(name):
-    """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
+    """PNG and SVG of a figure; scripts name the first, the other is saved next to it."""
     return [f"{R}/figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
 def requested_studies(wildcards):
-    """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
+    """Studies of this run: those that every run has, and the requested ones; targets are known after parsing."""
     requested = {*workflow.dag_settings.targets, *CONFIG.default_studies}
     return [name for name in STUDIES if name in requested or "studies" in requested]
 
@@ -30,12 +30,12 @@ KERNELS = f"{R}/kernels/{kernel_digest()}.npz"
 
 
 def method_kernels(method):
-    """The same of another method or of motion in space: of studies side by side one would compile it, so would the next."""
+    """Kernels of another integrator or of motion in space, compiled once before parallel studies."""
     return KERNELS if method == "semi_implicit" else KERNELS.replace(".npz", f"_{method}.npz")
 
 
 def scene_kernels(fields):
-    """Those that a scene with these fields runs."""
+    """Kernels that a scene with these fields runs."""
     return method_kernels("spatial" if fields.get("space") == "spatial" else fields.get("integrator", "semi_implicit"))
 
 

@@ -14,7 +14,7 @@ TRACKS["rings"] = "data/plausible/rings.csv"
 GRIPS = {"ring": "data/plausible/grips_ring.csv"}
 # of the study of the ring's tangential force (`snakemake -s laboratory/Snakefile -j2 grip`)
 GRIP = "data/plausible/grip.csv"
-# all that the results are made from, but for the program
+# everything that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
@@ -34,7 +34,7 @@ def content_hash(file):
 
 
 def contents(wildcards, reader):
-    """Hash of what a job reads and no rule makes: inputs, what a rig among them is read from, what its script imports."""
+    """Hash the files that a job reads and no rule makes: inputs, the files of a rig among them, its script's imports."""
     items = [item(wildcards) if callable(item) else item for item in reader.input]
     files = {Path(file) for item in items for file in ([item] if isinstance(item, str) else item)}
     stated = {file for file in files if str(file) in RUN_INPUTS or not file.is_relative_to(R)}
@@ -58,7 +58,7 @@ def make_missing(wildcards, reader):
 
 
 def follow_contents():
-    """Rerun what reads a file of other content, whatever its date, and make what is missing.
+    """Rerun jobs whose files have other content, whatever their dates, and make missing results.
 
     A record copied from a card is older than results. A rule without a message has its docstring for one.
     """

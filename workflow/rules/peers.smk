@@ -1,9 +1,9 @@
-# The independent multibody code instead of the paper's commercial one: Figures 13, 14, Table 2. What runs knows no
-# figure and no caption: a change of these runs nothing again.
+# The independent multibody code instead of the paper's commercial one: Figures 13, 14, Table 2. The runs
+# read no figure and no caption: a change of these repeats none.
 
 
 rule peer_runs:
-    """The same loop in Exudyn. Without Exudyn, our side alone."""
+    """The same loop in Exudyn. Without Exudyn, our side only."""
     input: rig=CONFIG.rig, kernels=KERNELS
     output:
         curves=f"{R}/peers/fig14.csv",

@@ -37,7 +37,7 @@ rule metrics:
 
 
 rule parameters:
-    """Every parameter with its kind: what is printed, derived, assumed and fitted."""
+    """Every parameter with its kind: printed, derived, assumed or fitted."""
     input: rig=CONFIG.rig
     output:
         csv=f"{R}/tables/parameters.csv",
@@ -47,7 +47,7 @@ rule parameters:
 
 
 rule sensor_records:
-    """The sensor's records at the simulation's rate, and what reading them did."""
+    """The sensor's records at the simulation's rate, and the conversions made in reading them."""
     input:
         rig=CONFIG.rig,
         sensors=CONFIG.sensor_files,
@@ -58,13 +58,13 @@ rule sensor_records:
     params:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
-    priority: 100 # a fault of a record is said before anything is simulated
+    priority: 100 # a fault of a record is reported before anything is simulated
     log: f"{R}/logs/sensor_records.log"
     script: "../trackdyn_replication/report/sensor_records.py"
 
 
 rule statistics:
-    """Table 3 and the dominant peaks, compared with the sensor's; Table 4, what the coarser tooth contact changes."""
+    """Table 3 and the dominant peaks, compared with the sensor's; Table 4, the effect of the coarser tooth contact."""
     input:
         metrics=f"{R}/measured/records.csv",
         sensors=RECORDS,

@@ -60,12 +60,12 @@ rule page:
     script: "../trackdyn_replication/report/page/builder.py"
 
 
-# what a run that ends by a rule (`stop_rule`) states in its recording differs from what the configuration does
+# fields in which the recording of a run that ends by a rule (`stop_rule`) differs from the configuration
 BY_RULE = {"duration", "lead_in", "frame_interval", "contact_log"}
 
 
 rule manifest:
-    """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
+    """Hashes of all results, and the numbers of the tables: the reference that another run is verified against."""
     input:
         rules.page.output,
         rules.animation.output,

@@ -22,7 +22,7 @@ rule ring_figures:
 
 
 rule grip_figure:
-    """What the tangential force of the ring decides: window of radii, and shares of tracks by two laws of friction."""
+    """Effect of the ring's tangential force: window of radii, and shares of tracks by two laws of friction."""
     input:
         table=GRIP,
         rig="trackdyn/rigs/paper.yaml",

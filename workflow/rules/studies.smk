@@ -53,7 +53,7 @@ rule trade_promises:
 
 
 rule trade:
-    """Data, and the planner on scenes kept apart. Costs are CPU time: others may run beside."""
+    """Data, and the planner on scenes kept apart. Costs are CPU time: others may run at the same time."""
     input:
         parts=[f"{R}/trade/trade_{name}.csv" for name in measured_scenes(CONFIG.studies.trade)],
         promises=[f"{R}/trade/promises_{name}.csv" for name in promised_scenes(CONFIG.studies.trade)],

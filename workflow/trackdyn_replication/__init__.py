@@ -1,1 +1,1 @@
-"""The replication: what Wang et al. (2023) claim, and whether the simulator shows it."""
+"""The replication: claims of Wang et al. (2023), and whether the simulator shows them."""

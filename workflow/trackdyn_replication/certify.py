@@ -1,7 +1,7 @@
 """The manifest of a results folder, hashes of files and numbers of tables, and its comparison with another run.
 
 On one kind of machine equal runs are equal byte for byte. Between kinds of processor the last digits differ
-(docs/running.md has what was measured), so that the numbers of tables are compared.
+(measured in docs/running.md), so that the numbers of tables are compared.
 """
 
 from trackdyn.sweeps.snakemake_job import run_job
@@ -40,8 +40,8 @@ ENDS = {  # kinds of files, and how whole ones end
     ".csv": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
     ".gif": rb";", ".npz": rb"PK\x05\x06.{18}",
 }  # fmt: skip
-# Files that no two runs share: caches, costs, and what shows times of computing or follows from them (the planner takes
-# what was cheapest); and files that are being written.
+# Files that no two runs share: caches, costs, and results of computing times (the planner takes the cheapest setting);
+# and files that are being written.
 LEFT_OUT = re.compile(
     r"(kernels|benchmarks)/.*|README\.md|manifest\.json|(.*/)?\..*"
     r"|(.*/)?(figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
@@ -59,7 +59,7 @@ TEXTS = {".csv", ".json", ".svg"}
 EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "differs", "missing", "extra"
 WORDS = {
     EQUAL: "equal", WITHIN: "within the tolerance between processors",
-    BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
+    BYTES: "known only by their bytes, which differ", DIFFERS: "different", MISSING: "missing",
     EXTRA: "not in the manifest",
 }  # fmt: skip
 WRONG = (DIFFERS, MISSING)  # statuses that contradict a manifest
@@ -82,7 +82,7 @@ class Manifest(Section):
     format: int
     made_with: dict[str, str]  # versions of program, packages and machine
     inputs: dict[str, Hash]
-    # what the configuration states of each recording: fields of its scene, and the hash of its rig
+    # the configuration of each recording: fields of its scene, and the hash of its rig
     runs: dict[str, dict[str, Any]] = Field(default_factory=dict)
     files: dict[str, File]
 
@@ -109,7 +109,7 @@ def describe(results: Path | str) -> dict[str, File]:
 
 
 def file_hash(path: Path | str) -> str:
-    """SHA-256 of a file, hexadecimal."""
+    """Return the SHA-256 of a file, hexadecimal."""
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
@@ -152,7 +152,7 @@ def load_manifest(path: Path | str) -> Manifest:
 
 
 def read_cells(text: str) -> pd.DataFrame:
-    """A CSV as it is written, every cell a text."""
+    """Read a CSV with every cell as text."""
     return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
 
 
@@ -205,12 +205,12 @@ def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Findi
 
 
 def rig_hash(rig: Mapping[str, Any]) -> str:
-    """Hash of a rig as plain data (`Scene.describe`)."""
+    """Return the hash of a rig as plain data (`Scene.describe`)."""
     return hashlib.sha256(json.dumps(rig, sort_keys=True).encode()).hexdigest()
 
 
 def compare_runs(results: Path | str, runs: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
-    """Recordings in ``results`` whose scenes are not those of the configuration, which ``runs`` states."""
+    """Return the recordings in ``results`` whose scenes are not those of the configuration, which ``runs`` states."""
     findings = []
     for name, configured in runs.items():
         if not (path := Path(results, name)).is_file():
@@ -218,7 +218,7 @@ def compare_runs(results: Path | str, runs: Mapping[str, Mapping[str, Any]]) -> 
         try:
             meta, _ = read_npz(path, "trackdyn recording", inf, arrays=False)
             recorded = {**meta["scene"], "rig": rig_hash(meta["rig"])}
-        except (InputError, KeyError, TypeError):  # damaged, as its bytes say
+        except (InputError, KeyError, TypeError):  # damaged, as its hash shows
             continue
         for field, value in configured.items():
             if recorded.get(field) != value:
@@ -229,7 +229,7 @@ def compare_runs(results: Path | str, runs: Mapping[str, Mapping[str, Any]]) -> 
 
 
 def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str]:
-    """Status and text of a file from its entries of two manifests."""
+    """Return status and text of a file from its entries of two manifests."""
     if ours is None or theirs is None:
         return (MISSING, "") if ours is None else (EXTRA, "")
     if ours.sha256 == theirs.sha256:
@@ -247,7 +247,7 @@ def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str
 
 
 def _damage(path: Path) -> str:
-    """Why a file is not a whole file of its kind, for instance cut; empty if it is."""
+    """Return why a file is not a whole file of its kind, for instance cut; empty if it is."""
     data = path.read_bytes()
     if path.suffix in TEXTS:
         try:
@@ -258,7 +258,7 @@ def _damage(path: Path) -> str:
 
 
 def _tables(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[str, str]:
-    """Status and text of a table."""
+    """Return status and text of a table."""
     if list(ours) != list(theirs):
         other = sorted(set(ours) ^ set(theirs))
         return DIFFERS, f"columns differ: {', '.join(other[:3])}" if other else "the order of the columns differs"

@@ -19,7 +19,7 @@ def verify(
 ) -> None:
     """Compare the results and inputs of a run with a manifest.
 
-    It says which file differs, and by how much.
+    It names the files that differ, and by how much.
 
     Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
     """

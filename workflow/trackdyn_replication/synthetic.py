@@ -1,10 +1,10 @@
 """SYNTHETIC stand-in for the measured acceleration of a track link, which the paper did not publish.
 
 Nothing here is measured, and agreement of a simulation with it validates nothing; ``data/synthetic/datapackage.json``
-says what is printed, what is fitted to that, and that all else is assumed. No dynamics of the simulator is used: a
+lists the printed numbers and those fitted to them; all others are assumed. No dynamics of the simulator is used: a
 record is the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names
 for the sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short,
-half-sine impacts whenever a pitch runs on or off a wheel; the sensor stands on glue and rings: the impacts pass through
+half-sine impacts whenever a pitch runs on or off a wheel; the sensor is glued on and rings: the impacts pass through
 a damped resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 """
 
@@ -36,7 +36,7 @@ GRAVITY = 9.81  # m/s2
 CIRCLES = ((0.0, 0.0, 0.308 + 0.02), (1.05, -0.05, 0.28 + 0.02), (1.65, -0.50, 0.28 + 0.02))
 LINK_LENGTH = 0.100  # pin to pin, m
 
-# assumed: speed fluctuation. Whole cycles in a record leave the mean speed of the record alone; weights
+# assumed: speed fluctuation. Whole cycles in a record do not change the mean speed of the record; weights
 # of 1/cycles make the drift slow. A converter drive holds its speed to about half a percent.
 CYCLES = np.arange(1, 9)
 LEAST_FLUCTUATION = 0.005  # RMS, relative to the mean
@@ -61,13 +61,13 @@ OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling 
 
 
 class SyntheticSpeed(NamedTuple):
-    """One motor speed: what the paper prints, and what is fitted to it, to 1e-5.
+    """One motor speed: the printed numbers, and those fitted to them, to 1e-5.
 
     The printed amplitude is that of the highest line of 90,000 points at 1000 Hz: lines are 1/90 Hz apart, and a belt
     that turns between two shows up to 36 % less. So the mean loop frequency follows from the amplitude, between the
     line nearest to the printed frequency and half a line from it, on the side of the printed frequency; on the line
     itself where the printed amplitude is higher than there. Where it is lower than half way between two lines, the loop
-    turns at the printed frequency and the speed fluctuates by what the amplitude asks for.
+    turns at the printed frequency and the speed fluctuates so that the amplitude is met.
     """
 
     printed_hz: float  # experimental main frequency, Hz (printed, Sect. 5 on Fig. 18)
@@ -86,7 +86,7 @@ SPEEDS = {  # by motor speed, rev/min (printed)
 
 
 def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A synthetic record at one of the printed motor speeds (rev/min), which is its seed, too.
+    """Generate a synthetic record at one of the printed motor speeds (rev/min), which is its seed, too.
 
     Returns
     -------
@@ -117,8 +117,8 @@ def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def achieved(rpm: int, ay: np.ndarray) -> dict[str, float]:
-    """What a record's y acceleration (g, sampled at 1000 Hz) shows: its dominant peak as the paper takes it
-    (rectangular window), RMS, SD and largest value, and how many samples are clipped.
+    """Measure a record's y acceleration (g, sampled at 1000 Hz): its dominant peak as the paper takes it (rectangular
+    window), RMS, SD, largest value, and the count of clipped samples.
     """
     hz, g = main_line(ay, RATE_HZ, SPEEDS[rpm].printed_hz)
     return {
@@ -145,7 +145,7 @@ def write_record(folder, rpm: int) -> np.ndarray:
 
 
 def write_dataset(folder) -> None:
-    """Write the records of all speeds, and what they are into their ``datapackage.json``.
+    """Write the records of all speeds, and their description into ``datapackage.json``.
 
     Equal calls give equal bytes.
     """
@@ -161,7 +161,7 @@ def write_dataset(folder) -> None:
 
 
 def _travel(t, speed, length, start, phase):
-    """Arc length (m), velocity (m/s) and acceleration (m/s2) of the link along the belt at times t."""
+    """Return arc length (m), velocity (m/s) and acceleration (m/s2) of the link along the belt at times t."""
     weight = speed.fluctuation * np.sqrt(2.0 / np.sum(1.0 / CYCLES**2)) / CYCLES
     omega = 2.0 * np.pi * CYCLES / RECORD_S
     mean = speed.loop_hz * length
@@ -174,7 +174,7 @@ def _travel(t, speed, length, start, phase):
 
 
 def _belt_acceleration(path: BeltPath, s, v, vdot):
-    """Specific force x, y (2, n) in g in the middle of a link, a chord whose pins run on the belt (Eq. 40)."""
+    """Return the specific force x, y (2, n), g, in the middle of a link, a chord with its pins on the belt (Eq. 40)."""
 
     def pin(s):
         position, heading, curvature = path.along(s)
@@ -190,7 +190,7 @@ def _belt_acceleration(path: BeltPath, s, v, vdot):
 
 
 def _impacts(t, s, path, speed, rng):
-    """Acceleration x, y, z (3, n) in g by impacts of all pitches, felt at the sensor, at fine times t."""
+    """Return the acceleration x, y, z (3, n) in g by impacts of all pitches at the sensor, at fine times t."""
     pitch = path.length / PITCHES
     rate = RATE_HZ * OVERSAMPLING
     mean_speed = speed.loop_hz * path.length

@@ -1,1 +1,1 @@
-"""All that belongs to this one paper: its printed numbers, its claims and their evidence, its figures and tables."""
+"""Parts that belong to this paper only: its printed numbers, its claims and their evidence, its figures and tables."""

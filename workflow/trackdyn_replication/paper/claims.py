@@ -1,4 +1,4 @@
-"""Every claim of the paper judged by what the runs of a rig gave."""
+"""Judge every claim of the paper by the results of the runs of a rig."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -36,11 +36,11 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``sentence`` is the number of the paper's sentence that the claim belongs to; one without is not counted.
-    ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
-    ``within``. Of a quantity with ``any_reading`` one reading that is met suffices, at every speed. ``numbers`` says
-    how many printed or implied numbers it holds (`printed_numbers`) and ``group`` of what kind they are (`GROUPS`);
-    several have names of their own, in the form of ``printed``. What is ``rising`` does so by more than the share
-    ``growth`` from the first value to the last, too.
+    ``printed`` by motor speed holds the numbers at the speeds that are judged. A direction holds within the share
+    ``within``. Of a quantity with ``any_reading`` one reading that is met suffices, at every speed. ``numbers`` is the
+    count of its printed or implied numbers (`printed_numbers`) and ``group`` their kind (`GROUPS`); several have names
+    of their own, in the form of ``printed``. A ``rising`` quantity grows by more than the share ``growth`` from the
+    first value to the last, too.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
@@ -85,10 +85,10 @@ class Claim(Section):
         if bool(self.group) != bool(self.numbers):
             raise InputError(
                 f"claim {self.name}: group = {self.group!r} for {self.numbers} numbers; numbers have one of "
-                f"{', '.join(GROUPS)}, and what holds none has no group"
+                f"{', '.join(GROUPS)}, and a claim without numbers has no group"
             )
         if not self.fails_if:
-            raise InputError(f"claim {self.name}: fails_if is missing; say what would have failed the claim")
+            raise InputError(f"claim {self.name}: fails_if is missing; state a result that fails the claim")
         return self
 
 
@@ -115,7 +115,7 @@ def load_claims(path: Path | str) -> list[Claim]:
 
 
 def load_sentences(path: Path | str) -> dict[int, str]:
-    """Sentences of the paper by their numbers, in its order; `InputError` as `load_claims`."""
+    """Return the sentences of the paper by their numbers, in its order; `InputError` as `load_claims`."""
     return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").sentences
 
 
@@ -138,7 +138,7 @@ class Judgement(NamedTuple):
 
 
 def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
-    """The numbers of a measure, each with its own test; the ends of a range are two."""
+    """Return the numbers of a measure, each with its own test; the ends of a range are two."""
     if isinstance(measured, str) or claim.rule not in (*ONE_SIDED, "equal", "rising"):
         return ()
     items = [measured] if isinstance(measured, Range | float) else list(measured)
@@ -198,7 +198,7 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
 
 
 def _groups(claim: Claim, values: Iterable[Value]) -> list[list[Value]]:
-    """Numbers of a claim of which one that is met suffices: with `Claim.any_reading` those of a speed, else each."""
+    """Group the numbers of a claim, met if one of each group is: by speed with `Claim.any_reading`, else each."""
     groups: dict[float, list[Value]] = {}
     for k, value in enumerate(values):
         groups.setdefault(value.rpm if claim.any_reading else k, []).append(value)
@@ -221,7 +221,7 @@ def _text(value) -> str:
 
 
 def printed_text(claim: Claim, speeds=()) -> str:
-    """Text of the value to compare with: a printed number, a bound that we read into the paper's words, or only words.
+    """Return the value to compare with as text: a printed number, a bound read into the paper's words, or only words.
 
     Empty if the claim is not judged and nothing is printed.
     """
@@ -249,12 +249,12 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
 
 
 def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
-    """The scorecard of a rig of this name: a row for every statement, columns ``COLUMNS``."""
+    """Return the scorecard of a rig of this name: a row for every statement, columns ``COLUMNS``."""
     return pd.DataFrame([_row(rig, claim, judge(claim, e)) for claim in claims], columns=list(COLUMNS))
 
 
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
-    """Numbers that the paper prints or implies of its simulation, a row each, beside those of a rig.
+    """Compare the numbers that the paper prints or implies of its simulation, a row each, with those of a rig.
 
     Columns are ``NUMBER_COLUMNS``. A number whose evidence is not there is not met; of several readings the nearest is
     measured, or their range at a speed.
@@ -285,5 +285,5 @@ def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataF
 
 
 def _nearest(values: Iterable[Value]) -> Value:
-    """The number that is nearest to what is printed."""
+    """Return the number nearest to the printed one."""
     return min(values, key=lambda value: np.nan_to_num(abs(value.value - value.printed), nan=np.inf))

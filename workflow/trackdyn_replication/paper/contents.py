@@ -1,6 +1,6 @@
 """Contents of a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
 
-``contents.yaml`` beside this file is the one list: from a rule to its figures and tables with their titles and
+``contents.yaml`` next to this file is the one list: from a rule to its figures and tables with their titles and
 captions.
 """
 
@@ -31,13 +31,13 @@ class Item:
         return f"{'Figure' if numbered[1] == 'fig' else 'Table'} {int(numbered[2])}" if numbered else ""
 
     def caption(self, synthetic: bool | None) -> list[str]:
-        """Paragraphs of the caption, plain text, names of files and columns in backquotes (`printed.SENSORS`)."""
+        """Return the caption's paragraphs, plain text, names of files and columns in backquotes (`printed.SENSORS`)."""
         of_sensor = {True: self.if_synthetic, False: "", None: self.if_synthetic and WITHOUT_SENSOR}[synthetic]
         texts = [*self.text.split("\n\n"), *([of_sensor] if of_sensor else [])]
         return [" ".join(text.split()) for text in texts]
 
     def files(self, results: Path | str) -> list[Path]:
-        """The files that show it: one, or one per letter (``fig17_a.png``); none if it is missing."""
+        """Return the files that show it: one, or one per letter (``fig17_a.png``); none if it is missing."""
         results = Path(results)
         if self.table:
             return [path for path in [results / "tables" / f"{self.key}.csv"] if path.is_file()]
@@ -57,5 +57,5 @@ PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"
 
 
 def missing_items(results: Path | str) -> list[Item]:
-    """The figures and tables of the paper that a results folder lacks, in the paper's order."""
+    """Return the figures and tables of the paper that a results folder lacks, in the paper's order."""
     return [item for item in PAPER if not item.files(results)]

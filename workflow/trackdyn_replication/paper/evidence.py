@@ -18,7 +18,7 @@ LEAST_RADII = 5  # from which on a ring study shows how something depends on the
 
 
 class NotThere(Exception):
-    """A run or a record that a measure needs is missing; the message says which."""
+    """A run or a record that a measure needs is missing; the message names it."""
 
 
 class Range(NamedTuple):
@@ -45,16 +45,16 @@ class Evidence:
     cells: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=CELLS))
 
     def records(self, speeds) -> pd.DataFrame:
-        """The long records of Sect. 5 at some speeds, in their order."""
+        """Return the metrics of the long records of Sect. 5 at some speeds, in their order."""
         rows = self.metrics[self.metrics["run"].str.fullmatch(r"[\d.]+rpm")]
         return rows.set_index("rpm").loc[list(speeds)]
 
     def meshing(self, name: str) -> pd.Series:
-        """The run ``ring`` or ``no_ring`` of Sect. 6.1."""
+        """Return the metrics of the run ``ring`` or ``no_ring`` of Sect. 6.1."""
         return self.metrics.set_index("run").loc[f"meshing/{name}"]
 
     def study(self, rpm: float) -> pd.DataFrame:
-        """The ring study at one speed, by rising radius, without 'none'; `NotThere` with too few radii to judge by."""
+        """Return the ring study at a speed, by rising radius, without 'none'; `NotThere` with too few radii."""
         rows = self.metrics[self.metrics["run"].str.startswith("ring/") & (self.metrics["rpm"] == rpm)]
         rows = rows.dropna(subset="ring_radius_m").set_index("ring_radius_m").sort_index()
         if len(rows) < LEAST_RADII:
@@ -62,7 +62,7 @@ class Evidence:
         return rows
 
     def ring_runs(self, speeds: Collection[float]) -> pd.DataFrame:
-        """The ring study at some speeds, with the runs without a ring; `NotThere` as `study`, or without those."""
+        """Return the ring study at some speeds with runs without a ring; `NotThere` as `study`, or without these."""
         for rpm in speeds:
             self.study(rpm)
         rows = self.metrics[self.metrics["run"].str.startswith("ring/") & self.metrics["rpm"].isin(list(speeds))]
@@ -71,12 +71,12 @@ class Evidence:
         return rows
 
     def event_times(self, run: str, names: list[str], column: str = "median_s") -> list[float]:
-        """Median times of events after the first contact, s, or another column; NaN for one that never happens."""
+        """Return median times of events after the first contact, s, or another column; NaN for none."""
         rows = self.events[self.events["run"] == f"meshing/{run}"].set_index("event")
         return [float(rows[column].get(name, np.nan)) for name in names]
 
     def speeds(self, table: str) -> list[float]:
-        """Speeds at which something was run: ``records``, ``study``, ``meshing`` or ``peer``, rev/min."""
+        """Return the speeds of ``records``, ``study``, ``meshing`` or ``peer``, rev/min."""
         if table in ("meshing", "peer"):
             return [self.rpm] if table == "meshing" else sorted(set(self.peer.get("speed_rpm", ())))
         pattern = r"[\d.]+rpm" if table == "records" else r"ring/.*"
@@ -84,9 +84,9 @@ class Evidence:
 
 
 def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
-    """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop: ``start_s, line_hz, line_g``.
+    """Return the dominant peak of the FFT, had the record begun elsewhere in a turn: ``start_s, line_hz, line_g``.
 
-    What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn is
+    Samples that a later start needs beyond the end of the record are those one turn earlier: in steady running each is
     like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). No rows for a
     record too short for a line.
     """
@@ -101,7 +101,7 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
 
 
 def collect(results: Path | str, rpm: float, rounded: Collection[float] = ()) -> Evidence:
-    """The evidence that lies in a folder of results.
+    """Collect the evidence in a folder of results.
 
     ``rpm`` (rev/min) is that of the meshing process; ``peers/summary.csv`` may be missing. Lines at the motor speeds
     ``rounded`` are those of the runs with the rounded speed of the sprocket.

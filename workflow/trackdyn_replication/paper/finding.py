@@ -1,4 +1,4 @@
-"""What the tangential force of the ring decides, from ``data/plausible/grip.csv``: shares of tracks, and windows.
+"""Verdicts by the tangential force of the ring, from ``data/plausible/grip.csv``: shares of tracks, and windows.
 
 The table has tracks that mesh as the paper prints, each with several laws of the ring's friction and nothing else
 changed (``laboratory/plausible/grip.py``, whose columns `laboratory.plausible.grip.decided` describes).
@@ -87,7 +87,7 @@ def open_runs(table: pd.DataFrame) -> pd.DataFrame:
 def limit(table: pd.DataFrame) -> float:
     """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors.
 
-    Tracks that do not show it with any law (`open_runs`) say nothing on friction.
+    Tracks that do not show it with any law (`open_runs`) tell nothing about friction.
     """
     run = open_runs(table).sort_values("mobilised_friction")
     holds = run["conclusion_3"].to_numpy()
@@ -144,7 +144,7 @@ def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
 
 
 def check_sentences(table: pd.DataFrame) -> list[str]:
-    """Word what friction alone cannot do, and how far other steps and another start move the verdict."""
+    """Word the limits of friction, and how far other steps and another start move the verdict."""
     run, counts, sentences = main_run(table), shares(table), []
     whole = counts[counts["tracks"] == counts["tracks"].max()]
     for _, free in whole[whole["law"] == "none"].iterrows():

@@ -1,4 +1,4 @@
-"""Named measures of the evidence: what each claim compares with what is printed."""
+"""Named measures of the evidence, the quantities that claims compare with printed ones."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -30,7 +30,7 @@ def _range(values) -> Range:
 
 
 def _ratios(value: pd.Series, reference: pd.Series) -> pd.Series:
-    """Ratios of values of the same name, infinite over nothing; nothing over nothing is left out."""
+    """Divide values of the same name; the ratio over zero is infinite, and zero over zero is left out."""
     value, reference = value.astype(float).align(reference.astype(float), join="inner")
     acts = (value != 0) | (reference != 0)
     if not acts.any():
@@ -39,12 +39,12 @@ def _ratios(value: pd.Series, reference: pd.Series) -> pd.Series:
 
 
 def _over(value, reference) -> float:
-    """Quotient of two numbers."""
+    """Divide two numbers as `_ratios`."""
     return float(_ratios(pd.Series([value]), pd.Series([reference])).iloc[0])
 
 
 def _some(values):
-    """The values, if there are any."""
+    """Return the values; `NotThere` if there are none."""
     if not len(values):
         raise NotThere("not run")
     return values
@@ -54,7 +54,7 @@ def _some(values):
 
 
 def _column(evidence: Evidence, speeds, name: str) -> pd.Series:
-    """A column of the long records (`measure.columns`), by speed."""
+    """Return a column of the long records (`measure.columns`), by speed."""
     rows = evidence.records(speeds)
     if name not in rows or rows[name].isna().all():
         raise NotThere("not recorded")
@@ -62,17 +62,17 @@ def _column(evidence: Evidence, speeds, name: str) -> pd.Series:
 
 
 def _values(column: str) -> Measure:
-    """A column, at every speed."""
+    """Measure a column, at every speed."""
     return Measure(lambda e, speeds: _column(e, speeds, column).tolist(), "records", True)
 
 
 def _largest(column: str) -> Measure:
-    """The largest value of a column."""
+    """Measure the largest value of a column."""
     return Measure(lambda e, speeds: float(_column(e, speeds, column).max()), "records")
 
 
 def _by_start(column: str) -> Measure:
-    """Range of a column over records that begin anywhere in a turn of the loop, at every speed."""
+    """Measure the range of a column over records that begin anywhere in a turn of the loop, at every speed."""
 
     def evaluate(evidence, speeds):
         starts = _some(evidence.starts).set_index("rpm")[column]
@@ -82,7 +82,7 @@ def _by_start(column: str) -> Measure:
 
 
 def _coarse_difference(evidence, speeds) -> list[float]:
-    """RMS of the y acceleration with three surfaces a groove over that with ten arcs, less one, %, at every speed."""
+    """Return the RMS of the y acceleration with three surfaces over that with ten arcs, less one, %, by speed."""
     coarse = evidence.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
     if coarse.isna().any():
         raise NotThere("not run")
@@ -90,7 +90,7 @@ def _coarse_difference(evidence, speeds) -> list[float]:
 
 
 def _high_frequency_growth(evidence, speeds) -> float:
-    """Content at and above 20 Hz at the highest speed over that at the lowest."""
+    """Return the content at and above 20 Hz at the highest speed over that at the lowest."""
     values = _column(evidence, speeds, "high_frequency_g")
     return _over(_some(values.iloc[1:]).iloc[-1], values.iloc[0])
 
@@ -109,7 +109,7 @@ RECORDS = {
 
 
 def _peer(column: str) -> Measure:
-    """Largest difference of the vertical displacement from another code's, % of its range."""
+    """Measure the largest difference of the vertical displacement from another code's, % of its range."""
 
     def evaluate(evidence, speeds):
         if column not in evidence.peer or evidence.peer[column].isna().all():
@@ -123,7 +123,7 @@ def _peer(column: str) -> Measure:
 
 
 def _against(cell: str) -> Measure:
-    """Difference of the long records from a column of the article's Table 3, % of the latter, at every speed."""
+    """Measure the difference of the long records from a column of the article's Table 3, % of it, at every speed."""
 
     def evaluate(evidence, speeds):
         theirs = evidence.cells.reindex(speeds)[cell]
@@ -148,12 +148,12 @@ MAXIMUM = f"maximum, mean over {RESOLUTION:g} s"
 
 
 def _times(run: str, *names: str) -> Measure:
-    """Times of events after the first contact, s; without a ring that of an arc, else the ring's first touch."""
+    """Measure times of events after the first contact, s: that of an arc without a ring, else the ring's."""
     return Measure(lambda e, speeds: e.event_times(run, names), "meshing", events=(run, *names))
 
 
 def _apart(first: str, second: str, size: Callable[[float], float] = float) -> Measure:
-    """Time from one event to another without a ring, s; its ``size`` may be the absolute value."""
+    """Measure the time from one event to another without a ring, s; its ``size`` may be the absolute value."""
 
     def evaluate(e, speeds):
         begin, end = e.event_times("no_ring", [first, second])
@@ -163,17 +163,17 @@ def _apart(first: str, second: str, size: Callable[[float], float] = float) -> M
 
 
 def _areas(run: str) -> Measure:
-    """Areas that the left and the right arc visit."""
+    """Measure the areas that the left and the right arc visit."""
     return Measure(lambda e, speeds: "left {left_areas}, right {right_areas}".format(**e.meshing(run)), "meshing")
 
 
 def _share(run: str, side: str) -> Measure:
-    """Time in contact, % of a turn."""
+    """Measure the time in contact, % of a turn."""
     return Measure(lambda e, speeds: float(e.meshing(run)[f"{side}_share_pct"]), "meshing")
 
 
 def _ratio(column: str) -> Measure:
-    """A measure of the left arc with the ring over that without."""
+    """Measure the ratio of a column of the left arc with the ring to that without."""
 
     def evaluate(e, speeds):
         ring, without = (e.meshing(run).get(column) for run in ("ring", "no_ring"))
@@ -185,14 +185,14 @@ def _ratio(column: str) -> Measure:
 
 
 def _areas_at_maxima(evidence, speeds) -> str:
-    """Areas in which the left and the right arc have their maxima without a ring."""
+    """Return the areas in which the left and the right arc have their maxima without a ring."""
     areas = evidence.events[evidence.events["run"] == "meshing/no_ring"].set_index("event")["area"]
     touched = {side: areas.get(f"{side} {MAXIMUM}", np.nan) for side in ("left", "right")}
     return ", ".join(f"{side} {'none' if np.isnan(area) else int(area)}" for side, area in touched.items())
 
 
 def _variation_of_forces(evidence, speeds) -> list[float]:
-    """SD with the ring over that without: of the force that varies most, and of the left arc's."""
+    """Return the SD with the ring over that without: of the force that varies most, and of the left arc's."""
     _carrying(evidence, evidence.speeds("study"))
     ring, without = evidence.meshing("ring"), evidence.meshing("no_ring")
     largest = _over(ring[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without[["left_sd_n", "right_sd_n"]].max())
@@ -200,7 +200,7 @@ def _variation_of_forces(evidence, speeds) -> list[float]:
 
 
 def _ring_over_arcs(evidence, speeds) -> float:
-    """Mean ring force over the mean force of both arcs, over the run."""
+    """Return the mean ring force over the mean force of both arcs, over the run."""
     a = evidence.meshing("ring")
     left, right, ring = (
         np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
@@ -235,7 +235,7 @@ MESHING = {
 
 
 def _carrying(evidence: Evidence, speeds) -> list[pd.DataFrame]:
-    """The ring study at every speed; `NotThere` where the ring carries nothing: what does not touch changes nothing."""
+    """Return the ring study at every speed; `NotThere` where the ring carries no load and so changes nothing."""
     tables = [evidence.study(rpm) for rpm in speeds]
     for rpm, table in zip(speeds, tables, strict=True):
         if len(idle := table.index[table["ring_share_pct"] <= TOUCHING]):
@@ -244,7 +244,7 @@ def _carrying(evidence: Evidence, speeds) -> list[pd.DataFrame]:
 
 
 def _growth(evidence: Evidence, speeds, side: str) -> list[float]:
-    """RMS and SD at the highest speed over those at the lowest, means over the radii."""
+    """Return RMS and SD at the highest speed over those at the lowest, means over the radii."""
     _some(speeds[1:])  # one speed shows no growth
     low, high = evidence.study(min(speeds)), evidence.study(max(speeds))
     return [
@@ -253,7 +253,7 @@ def _growth(evidence: Evidence, speeds, side: str) -> list[float]:
 
 
 def _with_speed(column: str) -> Measure:
-    """A force over that at the lowest speed, mean over the radii, at every speed."""
+    """Measure a force over that at the lowest speed, mean over the radii, at every speed."""
 
     def evaluate(evidence, speeds):
         lowest = evidence.study(min(speeds))[column]
@@ -263,19 +263,19 @@ def _with_speed(column: str) -> Measure:
 
 
 def _left_over_ring_growth(evidence, speeds) -> list[float]:
-    """Growth of the left arc's RMS and SD with speed over the ring's."""
+    """Return the growth of the left arc's RMS and SD with speed over the ring's."""
     pairs = zip(_growth(evidence, speeds, "left"), _growth(evidence, speeds, "ring"), strict=True)
     return [_over(left, ring) for left, ring in pairs]
 
 
 def _largest_growth(evidence, speeds) -> list[float]:
-    """The larger growth of RMS and SD with speed: left arc, ring."""
+    """Return the larger growth of RMS and SD with speed: left arc, ring."""
     _carrying(evidence, speeds)
     return [max(_growth(evidence, speeds, side)) for side in ("left", "ring")]
 
 
 def _by_radius(value: Callable[[pd.Series], Any], column: str, least: float = 0.0, below: float = np.inf) -> Measure:
-    """A value of a column by radius, from a radius on and below another one (m), at every speed."""
+    """Measure a value of a column by radius, from a radius on and below another one (m), at every speed."""
 
     def evaluate(evidence, speeds):
         columns = [evidence.study(rpm)[column] for rpm in speeds]
@@ -286,13 +286,13 @@ def _by_radius(value: Callable[[pd.Series], Any], column: str, least: float = 0.
 
 
 def _least_step(values: pd.Series) -> float:
-    """Least ratio of a force at neighbouring radii, larger over smaller; missing values count."""
+    """Return the least ratio of a force at neighbouring radii, larger over smaller; missing values count."""
     values = values.reset_index(drop=True)
     return float(_ratios(values.iloc[1:], values.shift().iloc[1:]).min(skipna=False))
 
 
 def _spread(least: float = 0.0) -> Measure:
-    """Largest deviation of the left arc's RMS from its mean over the radii from ``least`` (m) on, %, at every speed."""
+    """Measure the largest deviation of the left arc's RMS from its mean over radii from ``least`` (m), %, by speed."""
 
     def evaluate(evidence, speeds):
         values = [table["left_rms_n"][table.index >= least - SAME] for table in _carrying(evidence, speeds)]
@@ -304,18 +304,18 @@ def _spread(least: float = 0.0) -> Measure:
 
 
 def _radius(evidence: Evidence, speeds) -> float:
-    """Radius of the one ring to choose for some speeds, m; NaN: none serves (`measure.ring_rule`)."""
+    """Return the radius of the one ring to choose for some speeds, m; NaN: none serves (`measure.ring_rule`)."""
     return RingRule().radius(evidence.ring_runs(speeds))
 
 
 def _radius_by_durations(evidence: Evidence, speeds) -> float:
-    """Radius by the durations of contacts, m; NaN: none serves (`measure.ring_rule`)."""
+    """Return the radius by the durations of contacts, m; NaN: none serves (`measure.ring_rule`)."""
     study = pd.concat([evidence.study(rpm).reset_index() for rpm in speeds])
     return DurationRule(evidence.rig.sprocket.teeth).radius(study)
 
 
 def _excess_over_equal_pitch(evidence, speeds) -> list[float]:
-    """The radius to choose less each reading of the rig's equal-pitch radius, m."""
+    """Return the radius to choose less each reading of the rig's equal-pitch radius, m."""
     radius = _radius(evidence, speeds)
     return [radius - reading for reading in evidence.rig.equal_pitch_radii.values()]
 

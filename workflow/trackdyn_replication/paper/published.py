@@ -1,8 +1,8 @@
-"""The printed numbers that figures and tables draw or set beside their own, each with its source.
+"""Printed numbers that figures and tables compare with their own, each with its source.
 
 Lengths in m, times in s, frequencies in Hz; accelerations in g, the unit of the sensor; differences and
-shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no number
-may be invented for what is not to be had. A reader who has the article fills in those of Table 3 (`load_cells`).
+shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no missing
+number may be invented. A reader who has the article fills in those of Table 3 (`load_cells`).
 """
 
 from itertools import product
@@ -85,15 +85,15 @@ def load_cells(path: Path | str) -> pd.DataFrame:
 
 
 def value_difference(simulated, measured):
-    """The paper's value difference ``|simulation - sensor| / sensor``, %."""
+    """Return the paper's value difference ``|simulation - sensor| / sensor``, %."""
     return 100 * np.abs(simulated - measured) / measured
 
 
 def lettered(title: str, rpm: float) -> str:
-    """A title with the letter of the paper's panel for a motor speed (rev/min) before it, if there is one."""
+    """Prefix a title with the letter of the paper's panel for a motor speed (rev/min), if there is one."""
     return f"({'abcd'[SPEEDS_RPM.index(rpm)]}) {title}" if rpm in SPEEDS_RPM else title
 
 
 def peaks(rpm: float) -> list[tuple[str, float, float, str]]:
-    """The printed dominant peaks at a motor speed: label, frequency (Hz), amplitude (g), marker."""
+    """Return the printed dominant peaks at a motor speed: label, frequency (Hz), amplitude (g), marker."""
     return [(f"printed, {source}", hz[rpm], g[rpm], mark) for source, (hz, g, mark) in LINES.items() if rpm in hz]

@@ -1,4 +1,4 @@
-"""The scorecard of a rig read: counted, and in words."""
+"""The scorecard of a rig, counted and as text."""
 
 import re
 from collections.abc import Mapping
@@ -51,7 +51,7 @@ IN_WORDS = {  # words of the paper, which prints no number
 
 
 def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
-    """Sentences of the paper judged whole: shown where all of their statements are.
+    """Judge sentences of the paper as a whole: shown where all of their statements are.
 
     ``statements`` are those that decide: the ones that are not shown, else all.
     """
@@ -66,17 +66,17 @@ def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.Da
 
 
 def _names(card: pd.DataFrame) -> pd.Series:
-    """Names of the statements of a scorecard: ``C16b``."""
+    """Return the names of the statements of a scorecard: ``C16b``."""
     return card["id"] + card["part"].fillna("")
 
 
 def _records(card: pd.DataFrame) -> list[dict]:
-    """Rows of a scorecard with their names, empty cells as text."""
+    """Return the rows of a scorecard with their names, empty cells as text."""
     return card.assign(name=_names(card)).astype(object).fillna("").to_dict("records")
 
 
 def count(judged: pd.DataFrame) -> tuple[int, int]:
-    """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
+    """Count the sentences that are shown, and those that are judged (`sentence_verdicts`)."""
     return int((judged["verdict"] == MET).sum()), int(judged["verdict"].isin(JUDGED).sum())
 
 
@@ -87,13 +87,13 @@ def number_count(numbers: pd.DataFrame, group: str = INDEPENDENT) -> str:
 
 
 def other_numbers(numbers: pd.DataFrame) -> str:
-    """Counts of the printed numbers that depend on others, or are no number of the paper's."""
+    """Count the printed numbers that depend on others, or are no number of the paper's."""
     groups = set(numbers["group"]) - {INDEPENDENT}
     return listed([number_count(numbers, group) for group in GROUPS if group in groups])
 
 
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
-    """Rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
+    """Return the rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
     rows = []
     for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
@@ -109,7 +109,7 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 
 
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
-    """The counts of a rig, printed numbers first."""
+    """Return the counts of a rig, printed numbers first."""
     (sentences, total), by_number = count(judged), _conclusions(judged)
     met = [number for number, rows in by_number if set(rows["verdict"]) == {MET}]
     which = f" (no. {listed(met)})" if met else ""
@@ -118,7 +118,7 @@ def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
 
 
 def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
-    """The counts of a rig in sentences, and which of the numbered conclusions on the ring it meets."""
+    """Word the counts of a rig, and which of the numbered conclusions on the ring it meets."""
     met, total = count(judged)
     rig = judged["rig"].iloc[0]
     return (
@@ -130,7 +130,7 @@ def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
 
 
 def conclusions(judged: pd.DataFrame) -> str:
-    """The numbered conclusions on the ring that a rig meets, in the words of the paper."""
+    """Return the numbered conclusions on the ring that a rig meets, in the words of the paper."""
     words = [
         f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
         for number, rows in _conclusions(judged)
@@ -140,12 +140,12 @@ def conclusions(judged: pd.DataFrame) -> str:
 
 
 def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Sentences by the number of their conclusion."""
+    """Group sentences by the number of their conclusion."""
     return list(judged.groupby(judged["sentence"].str.extract(CONCLUSION, expand=False)))
 
 
 def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
-    """The ring to choose, at all speeds and at each alone, and why; the paper's choice but for an ``own`` rig."""
+    """Word the ring to choose, for all speeds and for each, and why; the paper's choice but for an ``own`` rig."""
     measured = (card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS))
     row, by_speed, by_durations = (rows.iloc[0] if len(rows) else None for rows in measured)
     if row is None or row["verdict"] not in JUDGED:
@@ -161,7 +161,7 @@ def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
             f"would be {'none' if radius == NO_VALUE else f'{radius} m'}."
         )
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
-    alone = ""
+    by_rpm = ""
     if by_speed is not None and "," in str(by_speed["measured"]):
         radii, rpms = str(by_speed["measured"]).split(", "), str(by_speed["speeds"]).removesuffix(".0").split(", ")
         speeds: dict[str, list[str]] = {}  # that a radius is chosen at
@@ -169,14 +169,14 @@ def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
             speeds.setdefault("none" if radius == NO_VALUE else f"{radius} m", []).append(rpm)
         if set(speeds) != {f"{row['measured']} m"}:
             chosen = listed([f"{radius} at {listed(rpm)} rpm" for radius, rpm in speeds.items()])
-            alone = f" For one speed alone it would be {chosen}."
+            by_rpm = f" For one speed alone it would be {chosen}."
     if row["measured"] == NO_VALUE:
-        return f"No radius of the study serves at every speed.{alone} {rule}{paper}"
-    return f"The recommended ring has a radius of {row['measured']} m.{alone} {rule}{paper}"
+        return f"No radius of the study serves at every speed.{by_rpm} {rule}{paper}"
+    return f"The recommended ring has a radius of {row['measured']} m.{by_rpm} {rule}{paper}"
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame | None = None) -> str:
-    """Say what is fitted, and which values are outside of their assumed ranges (`outside_values`)."""
+    """Word the fitted values, and those outside of their assumed ranges (`outside_values`)."""
     kinds, cells = parameters["kind"].value_counts(), outside_values(parameters, of_ring)
     fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
     count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
@@ -185,9 +185,9 @@ def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame |
 
 
 def outside_values(parameters: pd.DataFrame, of_ring: pd.DataFrame | None = None) -> list[str]:
-    """Values outside of their assumed ranges, each beside its range.
+    """Return values outside of their assumed ranges, each with its range.
 
-    The transition velocity of the ring is given with the friction that it stands for, of the table ``of_ring``
+    The transition velocity of the ring is given with the friction that it leads to, of the table ``of_ring``
     (`mobilised`).
     """
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
@@ -208,9 +208,9 @@ def answer_sentences(
     tracks: Mapping[str, pd.DataFrame] | None = None,
     own: bool = False,
 ) -> list[str]:
-    """The answer in sentences: the counts, what plausible tracks say (``tracks``), the ring to choose and why.
+    """Word the answer: the counts, the shares of plausible tracks (``tracks``), the ring to choose and why.
 
-    Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
+    For an ``own`` rig, which was not fitted to the paper, only the radius is worded.
     """
     if own:
         return [radius_sentence(card, own)]
@@ -220,16 +220,16 @@ def answer_sentences(
 def statements_by_label(
     card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]
 ) -> dict[str, list[dict]]:
-    """Statements of the paper on each figure or table, by its label: sentences, and the statements that decide them.
+    """Return the paper's statements by label of figure or table: sentences and the statements that decide them.
 
     ``shares`` are the tables of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence
-    follow from another one or are not judged; they stand last, under a sentence of no number.
+    follow from another one or are not judged; they come last, under a sentence of no number.
     """
     card = card[~_waits(card)]
     tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}
     sentences = judged.set_index("number")
     groups: dict[str, dict[int, dict]] = {}
-    labels: dict[int, str] = {}  # a sentence stands where its first statement does
+    labels: dict[int, str] = {}  # a sentence is where its first statement is
     for position, row in enumerate(_records(card)):
         number = int(row["sentence"] or 0)
         named = re.search(r"(Fig|Table)s?\.? (\d+)", row["place"])  # the first: ``Figs. 19, 20`` is Figure 19
@@ -248,19 +248,19 @@ def statements_by_label(
 
 
 def _waits(card: pd.DataFrame) -> pd.Series:
-    """Which statements lack cells of the article's tables."""
+    """Return a mask of the statements that lack cells of the article's tables."""
     return (card["verdict"] == NOT_COMPARABLE) & card["place"].str.startswith("Table")
 
 
 def waiting_sentence(card: pd.DataFrame) -> str:
-    """Sentence on the statements that lack cells of the article's tables; empty if none does."""
+    """Word the statements that lack cells of the article's tables; empty if none does."""
     names = [*_names(card[_waits(card)])]
     waits = f"{len(names)} statements ({', '.join(names)}) wait for cells of Tables 2 to 4, which our text lacks; "
     return waits + "`config/article.csv` takes those of Table 3." if names else ""
 
 
 def _statement(row: Mapping) -> dict:
-    """A row of the scorecard in words."""
+    """Return a row of the scorecard as text."""
     unit = "" if row["unit"] in ("1", "") else f" ({row['unit']})"
     lost = row["verdict"] == NOT_COMPARABLE
     why = (
@@ -280,7 +280,7 @@ def _statement(row: Mapping) -> dict:
 
 
 def statements(card: pd.DataFrame) -> pd.DataFrame:
-    """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``)."""
+    """Return some statements as text: the printed value, and that of the rig with a mark (``MARKS``)."""
     rows, by_name = [], {row["name"]: row for row in _records(card)}
     for name in (name for name in SHORT if name in by_name):
         row, printed = _statement(by_name[name]), IN_WORDS.get(name, str(by_name[name]["printed"]))
@@ -290,7 +290,7 @@ def statements(card: pd.DataFrame) -> pd.DataFrame:
 
 
 def _difference(printed: str, measured: str) -> str:
-    """Measured less printed, number by number; a dash where one of them is no list of numbers."""
+    """Subtract printed from measured, number by number; a dash where one of them is no list of numbers."""
     try:
         pairs = zip(*(map(float, text.split(",")) for text in (measured, printed)), strict=True)
         return ", ".join(f"{value - reference:+.2g}" for value, reference in pairs)
@@ -299,6 +299,6 @@ def _difference(printed: str, measured: str) -> str:
 
 
 def _rounded(text: str) -> str:
-    """Text with three significant digits in its numbers; a fit says no more. A range without width is one number."""
+    """Round the numbers of a text to three significant digits, those of a fit; a range without width is one number."""
     rounded = re.sub(r"\d+\.\d+", lambda number: significant(float(number[0])), text)
     return re.sub(r"\b(\S+) to \1(?![\d.])", r"\1", rounded)

@@ -55,7 +55,7 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.wheels.values()]
     if any(surface.friction_law == "dahl" for surface in (rig.ring_contact, *surfaces)):
         raise InputError(
-            "friction_law = dahl: the comparison with another program has Eq. 10 alone; use regularised there"
+            "friction_law = dahl: the comparison with another program has only Eq. 10; use regularised there"
         )
     law = [
         (

@@ -1,4 +1,4 @@
-"""The configuration of the pipeline: which runs, for how long, compared with what."""
+"""The configuration of the pipeline: runs, their durations, and the records to compare them with."""
 
 import os
 import re
@@ -68,7 +68,7 @@ class RingStudy(Section):
 
 
 def ring_name(radius: float | None) -> str:
-    """``none`` or ``0.308``, as the names of runs have it."""
+    """Return ``none`` or ``0.308``, as in the names of runs."""
     return "none" if radius is None else f"{radius:.4g}"
 
 
@@ -100,9 +100,9 @@ class Config(Section):
     """Everything in ``config/config.yaml``.
 
     ``article`` names the cells of Table 3 that a reader of the article filled in, with which claims compare.
-    ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
-    Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the file that says how
-    the records are read (:class:`trackdyn.fieldtest.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
+    ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` is replaced by the motor speed.
+    Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the mapping of
+    the records (:class:`trackdyn.fieldtest.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
     runs of the ring study and the ladder. ``default_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
@@ -207,8 +207,8 @@ class Config(Section):
         return self.sensor_is_synthetic if self.sensor_csv else None
 
     def completed(self, rig: Rig) -> "Config":
-        """The configuration with the rings of a rig where it states none, records of two turns of the loop or more, and
-        a file in place of the name of a shipped rig.
+        """Return the configuration with the rings of a rig where it states none, records of two turns of the loop or
+        more, and a file in place of the name of a shipped rig.
         """
         study, records, meshing = self.ring_study, self.records, self.meshing
         radii = study.radii_m or study_radii(rig)
@@ -225,7 +225,7 @@ class Config(Section):
             },
             "meshing": {
                 "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
-                # a whole passage with what is around it
+                # a whole passage with a margin
                 "duration_s": longer(meshing.duration_s, 2.1, meshing.speed_rpm),
             },
         }
@@ -233,7 +233,7 @@ class Config(Section):
         return self.model_copy(update={"rig": str(rig_path(self.rig))} | sections)
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
-        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
+        """Return every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
 
         Raises `InputError`: a scene cannot be simulated, or two runs would share a name.
         """
@@ -271,7 +271,7 @@ class Config(Section):
         return runs
 
     def refuse_studies(self, rig: Rig) -> None:
-        """Refuse what the rules `peer` and `fidelity` would refuse after the runs."""
+        """Refuse settings that the rules `peer` and `fidelity` would refuse after the runs."""
         if p := self.peers:
             with naming("peers"):
                 for name in ("readings", "steps_s", "exudyn_steps_s"):
@@ -313,13 +313,13 @@ def _refuse_braces(field: str, files: Iterable[Path | str]) -> None:
 
 
 def _short_path(path: Path | str) -> str:
-    """The path of a configuration as short as it can be."""
+    """Return the shortest path of a configuration."""
     path = Path(path).absolute()
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 def read_layer(path: Path | str) -> dict:
-    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused."""
+    """Read a file of a configuration and check its sections; refuse content that only Snakemake would interpret."""
     data, name = read_yaml(path), _short_path(path)
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
@@ -330,7 +330,7 @@ def read_layer(path: Path | str) -> dict:
     return data
 
 
-# Fields that a configuration states for its own rig, with their values where a later one names another rig alone: no
+# Fields that a configuration states for its own rig, with their values where a later one only names another rig: no
 # sensor, studies or independent code, and rings and steps as the rig has them.
 RIG_FIELDS: dict[str, Any] = {
     "peers": None,
@@ -343,13 +343,13 @@ RIG_FIELDS: dict[str, Any] = {
 
 
 def _rig_file(name: Any) -> Path | None:
-    """The file of a rig by any of its names; None for what `check_config` refuses."""
+    """Return the file of a rig by any of its names; None for names that `check_config` refuses."""
     with suppress(InputError, TypeError):
         return Path(rig_path(name)).resolve()
 
 
 def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
-    """Configurations, the later on top of the earlier; one that names another rig begins with `RIG_FIELDS`."""
+    """Merge configurations, the later on top of the earlier; one that names another rig begins with `RIG_FIELDS`."""
     merged: dict = {}
     for layer in layers:
         if merged and "rig" in layer and _rig_file(layer["rig"]) != _rig_file(merged.get("rig")):
@@ -361,10 +361,9 @@ def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dic
 def check_layers(
     files: Sequence[Path | str], stated: dict, update: Callable[[dict, dict], None]
 ) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration of files, the later on top of the earlier by ``update``, and of what the command line
-    states.
+    """Validate a configuration of files, the later on top of the earlier by ``update``, and of the command line.
 
-    What is refused names the first file with which it is, else the last one.
+    A refusal names the first file with which it occurs, else the last one.
     """
     _refuse_braces("--configfile", files)
     layers = [read_layer(file) for file in files]

@@ -14,7 +14,7 @@ from trackdyn.simulation.recording import load_recording
 
 @run_job
 def main(job) -> None:
-    """Rules `measure`, and `metrics`, which gathers what that has measured beside the meshing process."""
+    """Rules `measure`, and `metrics`, which joins its tables and adds the meshing process."""
     recordings = {run: load_recording(path) for run, path in zip(job.params.runs, job.input.recordings, strict=True)}
     runs = pd.DataFrame([run_metrics(run, recording) for run, recording in recordings.items()])
     out, parts = job.output, [Path(path).read_text(encoding="utf-8") for path in job.input.get("parts", ())]

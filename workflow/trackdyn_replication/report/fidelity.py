@@ -9,7 +9,7 @@ from trackdyn_replication.study.accuracy.ladder import compare_rungs
 
 
 def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
-    """One row a scene and setting of the ladder's long table, in its order."""
+    """Pivot the ladder's long table to one row a scene and setting, in its order."""
     key = ["scene", "setting"]
     columns = ["rms", "sd", "line", "high_frequency", "left_share", "right_share", "ring_share", "left_peak"]
     wide = rows.pivot(index=key, columns="measure", values="difference_pct")[columns]

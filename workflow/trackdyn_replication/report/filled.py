@@ -1,4 +1,4 @@
-"""Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
+"""Write the measured parts of the README and of pages in docs/ from the results of a full run."""
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -32,7 +32,8 @@ from trackdyn_replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VAR
 
 MEASURED = "docs/measured"
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
-Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables (`stored`), what makes its blocks
+# its tables (`stored`), and the function that writes its blocks
+Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]
 
 
 # measures of the tables of fidelities, and of the study `trade`
@@ -41,7 +42,7 @@ ERRORS = ("rms", "left_peak", "left_share")
 
 
 def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
-    """CPU time and largest errors of an answer with every setting of `trade` (``rows``); then the other two studies."""
+    """Tabulate CPU time and largest errors of an answer by setting of `trade` (``rows``); add the other two studies."""
     rows = answers(rows)
     rows["bare"] = ~rows["scene"].str.startswith("ring")
     lines = []
@@ -65,14 +66,14 @@ def _markdown(table: pd.DataFrame) -> str:
 
 
 def blocks(template: Path, **values) -> list[str]:
-    """Blocks of a page from a template, in which ``----`` separates them; each paragraph but a table is one line."""
+    """Render the blocks of a page from a template, in which ``----`` separates them; a paragraph is one line."""
     written = Template(template.read_text(encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True)
     texts = (filter(None, map(str.strip, text.split("\n\n"))) for text in written.render(values).split("\n----\n"))
     return ["\n\n".join(line if line[0] == "|" else " ".join(line.split()) for line in block) for block in texts]
 
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
-    """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
+    """Render the blocks of the README: verdict, lessons, statements, costs of an answer; tables as in `README`."""
     study, card, judged, numbers, grips, parameters, promises, near, *tracks = tables
     rig, learned = card["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
     return blocks(
@@ -94,7 +95,7 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
 
 
 def departures_text(rows: pd.DataFrame) -> str:
-    """A line a departure with its largest change in any scene; those that change nothing, and those not possible."""
+    """Tabulate the departures with their largest change in any scene; name those without change, or not possible."""
     lines, unchanged, lost = [], [], []
     for name in [variant.name for variant in VARIANTS if variant.departure and variant.name in set(rows["setting"])]:
         changes = rows.loc[rows["setting"] == name, [*DEPARTURES]].dropna(how="all")
@@ -117,7 +118,7 @@ def departures_text(rows: pd.DataFrame) -> str:
 
 
 def ring_text(rows: pd.DataFrame) -> str:
-    """A line a track: the ring to choose by force and by durations; force, tension and sliding without and with it."""
+    """Tabulate by track the ring by force and by durations; force, tension and sliding without and with it."""
     lines = []
     for track, group in rows.groupby("track", sort=False):
         grid, rule = with_tooth_forces(group[group["grid"] != "beyond"]), RingRule()
@@ -146,7 +147,7 @@ def ring_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[str]]) -> None:
-    """Replace the measured blocks of a page, in their order, by what ``write`` makes of one or more tables.
+    """Replace the measured blocks of a page, in their order, by those that ``write`` renders from tables.
 
     Raises `InputError`: a table or a mark of a block is not there.
     """
@@ -164,7 +165,7 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[st
 
 
 def write_pages(files: Iterable[str], pages: Iterable[Page], tables: str = MEASURED) -> None:
-    """Keep pictures of the results in ``docs/pictures`` and their tables in ``tables``; write the pages' parts anew."""
+    """Copy pictures of the results to ``docs/pictures``, their tables to ``tables``; write the pages' blocks anew."""
     for file in map(Path, files):
         folder = "docs/pictures" if file.suffix in (".gif", ".png") else tables
         if file.name == "step_errors.csv":  # which the program reads
@@ -195,7 +196,7 @@ PAGES: tuple[Page, ...] = (
 
 
 def main(pages: Iterable[Page], tables: str = MEASURED) -> None:
-    """`write_pages` with the files of the command line; a refusal is one sentence."""
+    """Call `write_pages` with the files of the command line; a refusal is one sentence."""
     try:
         write_pages(sys.argv[1:], pages, tables)
     except InputError as error:

@@ -11,7 +11,7 @@ from trackdyn.rig.rig import load_rig, parameter_table
 
 
 def table1(groove: Groove) -> pd.DataFrame:
-    """Geometry of the ten areas: ``area, type, O_x_mm, O_y_mm, r_mm, u_x, u_y, theta_deg, length_mm``."""
+    """Tabulate the geometry of the ten areas: ``area, type, O_x_mm, O_y_mm, r_mm, u_x, u_y, theta_deg, length_mm``."""
     table = pd.DataFrame({"area": np.arange(1, 11), "type": np.where(groove.convex, "convex", "concave")})
     table[["O_x_mm", "O_y_mm"]] = 1e3 * groove.centre + 0.0  # no -0
     table["r_mm"] = 1e3 * groove.radius

@@ -1,4 +1,4 @@
-"""The sensor's records as they are compared, and what reading them did."""
+"""The sensor's records as they are compared, and the conversions made in reading them."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 

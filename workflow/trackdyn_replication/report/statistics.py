@@ -1,4 +1,4 @@
-"""Tables 3 and 4, and the dominant peaks: metrics of the long records beside the sensor's and the printed values."""
+"""Tables 3 and 4, and the dominant peaks: metrics of the long records, the sensor's and the printed values."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -21,7 +21,7 @@ Sensors = Mapping[float, SensorRecord | None]
 
 
 def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.Series, dict | None]]:
-    """Speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
+    """Yield speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
     runs = metrics.set_index("rpm")
     for rpm, record in sorted(sensors.items()):
         run = runs.loc[rpm]
@@ -29,11 +29,11 @@ def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.
 
 
 def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
-    """RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the paper's,
-    against its own measured data.
+    """Compare RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the
+    paper's, against its own measured data.
 
-    ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``, what the
-    record is, stands in every row.
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``
+    describes the record in every row.
     """
     rows = []
     for rpm, run, measured in _pairs(metrics, sensors):
@@ -54,13 +54,16 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
 
 
 def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
-    """Ratio of two independent results and its standard error, to first order (JCGM 100:2008, 5.1.2); NaN over zero."""
+    """Return the ratio of independent results and its standard error, to first order (JCGM 100:2008, 5.1.2).
+
+    Both are NaN over a base of zero.
+    """
     ratio = value / base if base else nan
     return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else nan
 
 
 def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
-    """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
+    """Tabulate the dominant peaks, two rows a speed: simulation and sensor, each with its printed value.
 
     Parameters are those of :func:`table3`.
     """
@@ -81,7 +84,7 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
 
 
 def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
-    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost
+    """Compare RMS and SD of three tooth surfaces and ten arcs, each with its standard error: Table 4 without the lost
     comparison.
 
     ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).

@@ -17,7 +17,7 @@ STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 
 def lighter(rig: Rig, ratio: float) -> dict[str, float]:
     """Return changes of a rig that make its links ``ratio`` times as heavy as its connectors."""
-    return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
+    return {f"chain__connector_{name}": getattr(rig.chain, f"link_{name}") / ratio for name in ("mass", "inertia")}
 
 
 @kernel

@@ -17,7 +17,7 @@ from trackdyn_replication.study.extremes.restitution import STEEL_AND_TOOTH
 SECONDS = 0.2
 MOST_STEPS = 200_000
 # A forced run is stable if its kinetic energy never exceeds this many times that of the finest run. Motion
-# with the chain alone explains a few per cent; contact that feeds on the step doubles it in milliseconds.
+# with only the chain explains a few per cent; contact that feeds on the step doubles it in milliseconds.
 EXCESS = 2.0
 QUANTITIES = {
     "stiffness": "Young's modulus of the teeth (Pa)",
