@@ -6,6 +6,7 @@ import ast
 import re
 import runpy
 import sys
+from importlib.metadata import packages_distributions
 
 import pytest
 
@@ -152,3 +153,18 @@ def test_only_commands_speak_of_options():
 def test_contributing_shows_the_imports_of_today():
     picture = runpy.run_path(str(ROOT / "docs/structure.py"))["picture"]()
     assert picture in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), "run python docs/structure.py"
+
+
+def test_no_script_hides_a_package():
+    """A script's folder is first on the path: a module beside it comes before what is installed, for all who import."""
+    scripts = [path for folder in ("benchmarks", "docs", "laboratory", "tests", "trackdyn", "workflow")
+               for path in (ROOT / folder).rglob("*.py")
+               if '__name__ == "__main__"' in path.read_text(encoding="utf-8")]  # fmt: skip
+    for rules in [*(ROOT / "workflow").rglob("*.smk"), *(ROOT / "laboratory").rglob("*.smk")]:
+        for name in re.findall(r'script:\s*"(.+?)"', rules.read_text(encoding="utf-8")):
+            scripts.append((rules.parent / name).resolve(strict=True))
+    assert len(scripts) > 30
+    others = sys.stdlib_module_names | packages_distributions().keys() - FOLDERS.keys()
+    for folder in {path.parent for path in scripts}:
+        beside = {path.stem for path in folder.glob("*.py")} | {path.parent.name for path in folder.glob("*/*.py")}
+        assert not beside & others, f"{folder}: another name for {beside & others}"

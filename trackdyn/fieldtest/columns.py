@@ -190,14 +190,15 @@ def _are_one_signal(row: list[np.ndarray]) -> bool:
     spread, mean = [values.std() for values in row], [values.mean() for values in row]
     if row[0].size < _FEWEST or max(spread) >= (1 + _SAME) * min(spread) or np.ptp(mean) >= _SAME * min(spread):
         return False
-    within, on = _rms(np.diff(row, axis=0)), _rms(row[0][1:] - row[-1][:-1])
-    far = max(_rms(np.diff(row[0])), *(_rms(values - row[0]) for values in row[1:]))
+    within, on = _size(np.diff(row, axis=0)), _size(row[0][1:] - row[-1][:-1])
+    far = max(_size(np.diff(row[0])), *(_size(values - row[0]) for values in row[1:]))
     equal = max(within, on) < _ALIKE * min(within, on)
     return bool(equal and within < min(spread) and _CLOSER * max(within, on) < far)
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _size(steps: np.ndarray) -> float:
+    """Mean size: a few impacts make up the most of a root of squares."""
+    return float(np.abs(steps).mean())
 
 
 def _times(source: Source, columns: dict[str, Column], rated: bool, questions: list[str]) -> dict[str, Column]:

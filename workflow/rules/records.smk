@@ -77,7 +77,7 @@ rule statistics:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
     log: f"{R}/logs/statistics.log"
-    script: "../trackdyn_replication/report/statistics.py"
+    script: "../trackdyn_replication/report/record_tables.py"
 
 
 rule closure:

@@ -36,7 +36,7 @@ from trackdyn_replication.report.figures.meshing import passage_figure, printed_
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY
 from trackdyn_replication.report.figures.screenshots import moments
 from trackdyn_replication.report.parameters import table1
-from trackdyn_replication.report.statistics import lines_table, table3
+from trackdyn_replication.report.record_tables import lines_table, table3
 
 pytestmark = pytest.mark.slow
 

@@ -17,7 +17,7 @@ from trackdyn.inputs.files import write_csv
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.choices import PRESETS
-from trackdyn_replication.study.accuracy.statistics import LEAD_IN
+from trackdyn_replication.study.accuracy.record_statistics import LEAD_IN
 from trackdyn_replication.study.settings import PICTURED, scene_name
 from trackdyn_replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, REFERENCE
 

@@ -23,7 +23,7 @@ from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
-from trackdyn_replication.study.accuracy.statistics import LEAD_IN, answers_of
+from trackdyn_replication.study.accuracy.record_statistics import LEAD_IN, answers_of
 from trackdyn_replication.study.accuracy.trade import limits_of
 
 COLUMNS = ["rig", "ring_radius_m", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]

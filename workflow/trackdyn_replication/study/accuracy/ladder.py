@@ -18,7 +18,7 @@ from trackdyn.scene.choices import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
-from trackdyn_replication.study.accuracy.statistics import BELT_TURNS, NAN, TENSION, statistics_of
+from trackdyn_replication.study.accuracy.record_statistics import BELT_TURNS, NAN, TENSION, statistics_of
 from trackdyn_replication.study.variants import REFERENCE, SETTINGS
 
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.

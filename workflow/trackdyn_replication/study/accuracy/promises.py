@@ -14,7 +14,7 @@ from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.planner import plan
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn_replication.study.accuracy.statistics import study_scene
+from trackdyn_replication.study.accuracy.record_statistics import study_scene
 from trackdyn_replication.study.accuracy.trade import limits_of, run_answer
 from trackdyn_replication.study.settings import TradeStudy, promised_scenes, scene_name
 

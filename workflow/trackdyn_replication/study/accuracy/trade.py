@@ -23,7 +23,13 @@ from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
-from trackdyn_replication.study.accuracy.statistics import BELT_TURNS, TENSION, answers_of, statistics_of, study_scene
+from trackdyn_replication.study.accuracy.record_statistics import (
+    BELT_TURNS,
+    TENSION,
+    answers_of,
+    statistics_of,
+    study_scene,
+)
 from trackdyn_replication.study.settings import StatisticErrors, TradeStudy, measured_scenes, scene_name
 from trackdyn_replication.study.timed_run import timed_run
 from trackdyn_replication.study.variants import PHYSICS
