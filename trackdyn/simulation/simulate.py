@@ -1,7 +1,5 @@
 """Run a scene: settle, start up, record."""
 
-from tqdm import tqdm
-
 from trackdyn.inputs.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
@@ -38,6 +36,8 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
     check_memory(scene)
     if scene.chain == "belt":
         return belt_recording(scene)
+    from tqdm import tqdm
+
     lead = scene.ramp + scene.lead_in
     bar = tqdm(
         total=lead + scene.duration + 1e-6,  # sums of parts may round beyond it
