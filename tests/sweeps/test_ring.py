@@ -1,5 +1,6 @@
 """The ring study of any rig: which radii, which one to choose and why, and what the command writes."""
 
+import operator
 from itertools import pairwise
 
 import pandas as pd
@@ -9,9 +10,10 @@ from tests.conftest import run_command
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.metrics import total_errors
-from trackdyn.measure.ring_advice import advice, compared
+from trackdyn.measure.ring_advice import advice, compared, held_for
 from trackdyn.measure.ring_rule import SPAN, DurationRule, RingRule, windows, with_tooth_forces
 from trackdyn.measure.stopping import run_steady
+from trackdyn.plots.ring_study import force_figure
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings
@@ -371,3 +373,91 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert done.code == 0 and "recommended: a ring of radius 0.3085 m" in done.out
     assert "with 30 kN/m a link, a friction of " in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
+
+
+def loaded_study():
+    """The study with nothing to pull, and under 3 kN, which doubles the forces, with 0.306 m trebles them."""
+    more = (2.0, 2.0, 3.0, 2.0, 2.0)
+    pulled = study({rpm: tuple(map(operator.mul, forces, more)) for rpm, forces in FORCE.items()})
+    pulled.loc[pulled["ring_radius_m"].isna(), "right_peak_n"] *= 2.0
+    pulled["motor_power_w"] += 3000.0 * pulled["rpm"].map(CHAIN_SPEED)
+    return pd.concat([study().assign(load_n=0.0), pulled.assign(load_n=3000.0)], ignore_index=True)
+
+
+CHAIN_SPEED = {rpm: load_rig("bench").pitch / Scene(load_rig("bench"), rpm).periods.passage for rpm in BARE}  # m/s
+
+
+def test_a_ring_must_serve_under_every_load():
+    """0.306 m has 11700 of 16000 N under 3 kN, 3900 of 8000 N without; each load has its own force without a ring."""
+    table = loaded_study()
+    assert RULE.radius(table[table["load_n"] == 0.0]) == 0.306
+    assert RULE.radius(table) == RULE.radius(table[table["load_n"] == 3000.0]) == 0.307
+    ratios = with_tooth_forces(table).set_index(["load_n", "rpm", "ring_radius_m"])["tooth_ratio"]
+    assert ratios[(0.0, 115.0, 0.306)] == 3900 / 8000 and ratios[(3000.0, 115.0, 0.306)] == 11700 / 16000
+    # a ring that was not run under one of the loads is none to choose
+    missed = table[~((table["ring_radius_m"] == 0.307) & (table["load_n"] == 0.0) & (table["rpm"] == 210.0))]
+    assert RULE.radius(missed) == 0.308
+    said = advice(table, RULE, DURATIONS)
+    assert said[:2] == [
+        "recommended: a ring of radius 0.307 m",
+        "the largest force of a tooth in a passage is 2000 N at 115 rpm, 4000 N at 115 rpm under 3000 N, 1500 N at 210 "
+        "rpm and 3000 N at 210 rpm under 3000 N: 0.25, 0.25, 0.25 and 0.25 of that without a ring, at most 0.5 as "
+        "asked",
+    ]
+    fails = "at 0.306 m a tooth bears 0.73 of that without a ring at 115 rpm under 3000 N"
+    assert any(fails in sentence for sentence in said)
+    assert any("right arc free, below 0.5 % of a turn, at every speed and load" in sentence for sentence in said)
+    rows = compared(table, RULE, DURATIONS)
+    assert rows[["rpm", "load_n"]].drop_duplicates().to_numpy().tolist() == [
+        [115.0, 0.0], [115.0, 3000.0], [210.0, 0.0], [210.0, 3000.0]
+    ]  # fmt: skip
+    none = table[~(table["ring_radius_m"].isna() & (table["load_n"] == 3000.0) & (table["rpm"] == 210.0))]
+    assert advice(none, RULE, DURATIONS)[0] == (
+        "no ring can be chosen: the force of a tooth without a ring at 210 rpm under 3000 N is not known"
+    )
+
+
+def test_the_advice_says_for_which_load_it_holds_and_computes_the_drag():
+    """Motor power over the speed of the chain, less the load: 302 W at 115 rpm are 414 N, 303 W at 210 rpm 227 N."""
+    bench, free = load_rig("bench"), study().assign(load_n=0.0)
+    assert held_for(free, RULE, bench) == (
+        "this holds for a track that pulls nothing: the motor overcomes its own drag, 230 to 410 N "
+        "(with --load 3kN, a load of 3 kN)"
+    )
+    said = "this holds for loads of 0 and 3000 N on the chain, beside its own drag, 230 to 410 N"
+    assert held_for(loaded_study(), RULE, bench) == said
+    unknown = free.assign(motor_power_w=float("nan"))
+    assert "overcomes its own drag (with" in held_for(unknown, RULE, bench)
+
+
+def test_a_load_is_a_series_of_the_figures():
+    kept = windows(RULE.kept(loaded_study()))
+    figure = force_figure(with_tooth_forces(loaded_study()), 0.5, 0.307, kept)
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names[:4] == ["115 rpm", "115 rpm under 3000 N", "210 rpm", "210 rpm under 3000 N"]
+    assert len({line.get_color() for line in figure.axes[0].get_lines() if len(line.get_xdata()) == len(RADII)}) == 4
+
+
+def test_a_row_of_a_study_has_its_load_in_its_key(monkeypatch, rig):
+    """Only where it is not the rig's own: a study without loads has the rows that it had."""
+    rows = []
+
+    def computed(asked, *_):
+        rows.extend(asked)
+        return [{"key": row.key, "state": "refused", "reason": "", "values": {"left_peak_n": 1.0}} for row in asked]
+
+    monkeypatch.setattr("trackdyn.sweeps.ring.computed_rows", computed)
+    monkeypatch.setattr("trackdyn.sweeps.ring.METRIC_COLUMNS", {})
+    table = ring_study(rig, [115.0], [0.308], loads=[2000.0, 0.0])
+    assert table[["rpm", "load_n", "ring_radius_m"]].fillna(0.0).to_numpy().tolist() == [
+        [115.0, 0.0, 0.0], [115.0, 2000.0, 0.0], [115.0, 0.0, 0.308], [115.0, 2000.0, 0.308]
+    ]  # fmt: skip
+    assert [row.task["scene"].get("load") for row in rows] == [None, 2000.0] * 2
+    assert len({row.key for row in rows}) == 4
+    before = [row.key for row in rows if "load" not in row.task["scene"]]
+    rows.clear()
+    assert ring_study(rig, [115.0], [0.308])["load_n"].tolist() == [0.0, 0.0]
+    assert [row.key for row in rows] == before
+    assert ring_study(rig.changed(load=500.0), [115.0], [0.308])["load_n"].tolist() == [500.0, 500.0]
+    with pytest.raises(InputError, match=r"load = -1"):
+        ring_study(rig, [115.0], [0.308], loads=[-1.0])

@@ -83,6 +83,18 @@ def tension(scene, recording, quiet: bool) -> None:
             line("step", f"{step:.7g} s, which this tension needs")
 
 
+def load(recording) -> None:
+    """Print the load of a recording, and how fast the wheel turns that it brakes."""
+    from trackdyn.rig.layout import wheel_names
+    from trackdyn.simulation.brake import slip
+
+    scene = recording.scene
+    if scene.load:
+        wheel = wheel_names(scene.rig)[scene.braked_wheel[0]]
+        share = slip(scene, recording.wheel_rate)
+        line("load", f"{scene.load:g} N by a brake on the {wheel}, which turns at {1 - share:.1%} of the chain's speed")
+
+
 def measures(recording, rows: list[dict]) -> None:
     """Print the measures of a recording (`metrics.shown_measures`), and those that need a longer one."""
     from trackdyn.measure.cells import plain, with_error

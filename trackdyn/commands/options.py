@@ -3,7 +3,7 @@
 import os
 import re
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
@@ -40,6 +40,24 @@ def parse_number(name: str, text: str | float, accepted: str = "must be a finite
 def parsed(name: str, parser: Callable, metavar: str, help: str) -> Any:
     """Return an option whose value ``parser`` makes of its text."""
     return typer.Option(name, parser=parser, metavar=metavar, help=help)
+
+
+def parse_quantity(name: str, text: str | float, units: Mapping[str, float], accepted: str) -> float:
+    """Return a number from 0 on in SI units; only 0 may lack a unit.
+
+    Raises `InputError`: it is no such number, or has none of the ``units``.
+    """
+    number, unit = re.fullmatch(rf"\s*(.*?)\s*({'|'.join(filter(None, units))}|)\s*", str(text)).groups()
+    value = parse_number(name, number, accepted)
+    if value < 0 or (value and unit not in units):
+        raise InputError(f"{name} = {shown(text)}: {accepted}")
+    return value * units.get(unit, 1.0)
+
+
+def parse_load(text: str | float) -> float:
+    """Parse ``3kN``, ``3000N`` or ``3000``, return N. Raises `InputError`: it is no force from 0 on."""
+    accepted = "must be a force from 0 on in N or kN, such as 3kN"
+    return parse_quantity("--load", text, {"kN": 1e3, "N": 1.0, "": 1.0}, accepted)
 
 
 def number(name: str, help: str) -> Any:
@@ -116,6 +134,8 @@ RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG, autocomple
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 _RING = "Radius of the rubber ring in m, or none; the rig's by default."
 RingRadius = Annotated[Ring | None, parsed("--ring-radius", _parse_ring, "NUMBER|none", _RING)]
+_LOAD = "Pull of the chain by a brake, such as 3kN; the rig's, usually none, by default."
+Load = Annotated[float | None, parsed("--load", parse_load, "FORCE", _LOAD)]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 _SHARE = "2% or 0.02"
 Tolerance = Annotated[

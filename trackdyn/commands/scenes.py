@@ -15,6 +15,7 @@ def simulate(
     rig: options.RigName = options.DEFAULT_RIG,
     rpm: options.SpeedOption = 115.0,
     ring_radius: options.RingRadius = None,
+    load: options.Load = None,
     duration: Annotated[float, options.number("--duration", "Recorded time, s.")] = 20.0,
     lead_in: Annotated[
         float, options.number("--lead-in", "Time at constant speed before the record, s; after 1 s of start-up.")
@@ -59,6 +60,7 @@ def simulate(
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
     fields |= {"pitches": pitch} if pitch else {}
+    fields |= {} if load is None else {"load": load}
     if rate is not None:
         loaded = loaded.sampled(rate)
     scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
@@ -95,6 +97,8 @@ def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
     if not quiet:
         from trackdyn.measure.metrics import shown_measures
 
+        console.load(recording)
+
         if len(recording.time) > 1:
             console.measures(recording, shown_measures(recording))
         else:
@@ -120,6 +124,7 @@ def _until_converged(plan, tolerance: float, longest: float, out: Path, rig: str
     answer = plan.run()
     answer.recording.save(out)
     console.tension(plan.scene, answer.recording, False)
+    console.load(answer.recording)
     console.remarks(answer.recording)
     console.answer(answer)
     if not answer.converged:

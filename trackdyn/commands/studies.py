@@ -31,18 +31,18 @@ CAPTIONS = {  # of the pictures on the page
 
 def _parse_wear(text: str | float) -> float:
     """Parse ``2mm`` or ``0.002m``, return m. Raises `InputError`: it is no length from 0 on."""
-    number, unit = re.fullmatch(r"\s*(.*?)\s*(mm|m|)\s*", str(text)).groups()
     accepted = "must be a length from 0 on with its unit, such as 2mm"
-    length = options.parse_number("--wear", number, accepted) * (1e-3 if unit == "mm" else 1.0)
-    if length < 0 or (length and not unit):
-        raise InputError(f"--wear = {shown(text)}: {accepted}")
-    return length
+    return options.parse_quantity("--wear", text, {"mm": 1e-3, "m": 1.0}, accepted)
 
 
 def ring(
     rig: options.RigArgument,
     rpm: Annotated[str, typer.Option("--rpm", metavar="SPEEDS", help="Motor speeds, rev/min, such as 115,210.")],
     out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder for the results.")] = Path("ring"),
+    load: Annotated[
+        str | None,
+        typer.Option(metavar="FORCES", help="Loads on the chain, N or kN, such as 0,3kN; the rig's, usually none."),
+    ] = None,
     radii: Annotated[
         str | None,
         typer.Option(
@@ -73,16 +73,16 @@ def ring(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Recommend a ring for all speeds.
+    """Recommend a ring for all speeds and loads.
 
-    Every radius, and no ring, is run at every speed. The recommended ring is the smallest with which the largest force
-    of a tooth is at most half of that without a ring. The gaps around it are refined. The same command resumes a study
-    that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and sliding (.png,
+    Every radius, and no ring, is run at every speed and load. The recommended ring is the smallest with which the
+    largest force of a tooth is at most half of that without a ring. The gaps around it are refined. The same command
+    resumes a study that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and sliding (.png,
     .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and recommends one for both.
     """
-    from trackdyn.measure.ring_advice import advice, compared
+    from trackdyn.measure.ring_advice import advice, compared, held_for
     from trackdyn.measure.ring_rule import DurationRule, RingRule
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.rig.rig_file import rig_path
@@ -94,13 +94,15 @@ def ring(
     judge, durations = RingRule(tooth_force, wear), DurationRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
+    loads = [loaded.load] if load is None else sorted({options.parse_load(text) for text in load.split(",")})
     # the default radii follow the rig when it is edited
     inputs = rig_path(rig), (sorted(set(speeds)),), (rings, *(["default"] if radii is None else [])), (steps,)
+    inputs += () if load is None else ((loads,),)
     outputs = [out / name for name in ("ring.csv", "ring.html", *PICTURE_FILES)]
-    replaced = _set_aside(out, outputs, str(judge), speeds, rings, inputs)
+    replaced = _set_aside(out, outputs, str(judge), speeds, loads, rings, inputs)
     for path in outputs:
         options.check_output(path, overwrite, *inputs)
-    study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
+    study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge, loads)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
@@ -110,11 +112,17 @@ def ring(
     of_friction = (jobs, out / "rows", not quiet, steps)
     grips = other_grips(loaded, study, chosen, *of_friction) if chosen == chosen else None
     sentences = advice(study, judge, durations, grips)
-    about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge, durations))}
+    held = held_for(study, judge, loaded)
+    about = {
+        "held": held,
+        "advice": sentences,
+        "notes": notes,
+        "compared": _comparison_rows(compared(study, judge, durations)),
+    }
     with noting(inputs, *outputs):
         _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
     if not quiet:
-        typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
+        typer.echo("\n".join([held, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
 
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **content) -> None:
@@ -136,6 +144,7 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
     if chosen == chosen:
         file, page = shlex.quote(str(out / "run.npz")), shlex.quote(str(out / "run.html"))
         scene_options = f"--rig {shlex.quote(str(rig_name))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
+        scene_options += f" --load {study['load_n'].max():g}" if study["load_n"].max() != rig.load else ""
         run = f"trackdyn simulate {file} {scene_options} && trackdyn show {file} --out {page}"
     radii = ", ".join(f"{radius:.5g} m ({name})" for name, radius in rig.equal_pitch_radii.items())
     origin = f"Rig {rig_name}; trackdyn {__version__}; radius of equal pitch by each reading: {radii}."
@@ -143,7 +152,7 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
     write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
 
 
-def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, rings: list, inputs: tuple) -> str:
+def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, loads: list, rings: list, inputs: tuple) -> str:
     """Return a sentence on the study in a folder if its choice is by another rule, otherwise an empty one.
 
     Files of the same study by the rule of an earlier version, which left no notes (`own_files`), go to `FORMER`.
@@ -157,8 +166,9 @@ def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, rings: l
         before = unescape(stated[1]) if stated else rule
         table = pd.read_csv(out / "ring.csv")
         requested = table[~table["added"].astype(bool)]
-        same = [sorted(set(speeds)), sorted(rings)] == [
-            sorted(requested[name].dropna().unique()) for name in ("rpm", "ring_radius_m")
+        same = [sorted(set(speeds)), sorted(rings), loads] == [
+            sorted(requested[name].dropna().unique()) if name in requested else [0.0]
+            for name in ("rpm", "ring_radius_m", "load_n")
         ]
     except (OSError, ValueError, KeyError):  # no study
         return ""
@@ -210,6 +220,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
         first = lost.iloc[0]
         ring = "no ring" if isnan(radius := first["ring_radius_m"]) else f"{radius:.5g} m"
         runs = f"{len(lost)} of {len(study)} runs have no result, the first at {first['rpm']:g} rpm, {ring}"
+        runs += f", a load of {first['load_n']:g} N" if first["load_n"] else ""
         notes.append(f"{runs}: {first['reason']}")
     if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
         limits = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
@@ -230,8 +241,11 @@ def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
 
     forces = ("tooth_ratio", "tooth_peak_n", "tooth_rms_n", "ring_peak_n", "ring_rms_n")
     columns = (*forces, *WORK_COLUMNS, "tension_ratio", "motor_power_w", *(f"{side}_share_pct" for side in SIDES))
+    of_load = ("load_n",) if rings["load_n"].any() else ()
     return [
-        {"rpm": f"{row['rpm']:g}", "ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
+        {"rpm": f"{row['rpm']:g}"}
+        | {name: f"{row[name]:g}" for name in of_load}
+        | {"ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
         | {name: significant(row.get(name, nan)) for name in columns}
         for row in rings.to_dict("records")
     ]

@@ -12,11 +12,36 @@ from trackdyn.measure.ring_rule import (
     DurationRule,
     RingRule,
     Window,
+    condition_name,
+    conditions,
     windows,
     with_tooth_forces,
 )
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.scene import Periods
 
 WITHOUT = "of that without a ring"
+
+
+def held_for(study: pd.DataFrame, rule: RingRule, rig: Rig) -> str:
+    """Return the loads for which the advice on a study of a rig holds, and the drag of the track beside them.
+
+    The drag (N) is the motor's power over the speed of the chain less the load, with the ring to choose or without one.
+    """
+    chosen, loads = rule.radius(study), sorted(study["load_n"].unique())
+    rows = study[study["ring_radius_m"].isna() if chosen != chosen else study["ring_radius_m"] == chosen]
+    speed = rows["rpm"].map(lambda rpm: rig.pitch / Periods.at(rig, rpm).passage)
+    drag = (rows["motor_power_w"] / speed - rows["load_n"]).dropna()
+    beside = f"its own drag, {_span(drag, 2)} N" if len(drag) else "its own drag"
+    if loads == [0.0]:
+        return (
+            f"this holds for a track that pulls nothing: the motor overcomes {beside} (with --load 3kN, a load of 3 kN)"
+        )
+    return f"this holds for loads of {listed([f'{load:g}' for load in loads])} N on the chain, beside {beside}"
+
+
+def _everywhere(study: pd.DataFrame) -> str:
+    return f"at every speed{' and load' if 'load_n' in study and study['load_n'].any() else ''}"
 
 
 def advice(
@@ -30,10 +55,11 @@ def advice(
     """
     table = with_tooth_forces(study)
     rings, bare = table.dropna(subset="ring_radius_m"), table[table["ring_radius_m"].isna()]
-    known = dict(zip(bare["rpm"], bare["tooth_peak_n"] > 0, strict=True))
-    if unknown := [rpm for rpm in sorted(rings["rpm"].unique()) if not known.get(rpm)]:
-        speeds = listed([f"{rpm:g}" for rpm in unknown])
-        sentences = [f"no ring can be chosen: the force of a tooth without a ring at {speeds} rpm is not known"]
+    known, by = {condition_name(row) for row in bare[bare["tooth_peak_n"] > 0].itertuples()}, conditions(table)
+    if unknown := [
+        at for row in rings.drop_duplicates(by).sort_values(by).itertuples() if (at := condition_name(row)) not in known
+    ]:
+        sentences = [f"no ring can be chosen: the force of a tooth without a ring at {listed(unknown)} is not known"]
     elif (chosen := rule.radius(study)) == chosen:
         sentences = _choice(table, rule, chosen) + ([] if grips is None else [_other_grips(grips, rule)])
     else:
@@ -47,7 +73,7 @@ def advice(
         (f"right arc free, below {TOUCHING:g} % of a turn", free),
         ("a tooth is touched", driven),
     ):
-        sentences.append(f"{name}, at every speed: {'; '.join(map(str, found)) or 'no radius'}")
+        sentences.append(f"{name}, {_everywhere(study)}: {'; '.join(map(str, found)) or 'no radius'}")
     others = (f"{_radius(radius)} with {share:g}" for share, radius in rule.band(study).items())
     sentences.append(f"with another share instead of {rule.tooth_force:g} the rule recommends {', '.join(others)}")
     return [*sentences, _by_durations(rings, durations)]
@@ -56,12 +82,12 @@ def advice(
 def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
     """Sentences on a ring that serves."""
     radii = sorted(table["ring_radius_m"].dropna().unique())
-    rows = table[table["ring_radius_m"] == chosen].sort_values("rpm")
+    rows = table[table["ring_radius_m"] == chosen].sort_values(conditions(table))
     sentences = [f"recommended: a ring of radius {chosen:.4g} m"]
     if chosen == radii[-1]:
         largest = f"the recommended radius is the largest of the study, {chosen:.5g} m"
         sentences.insert(0, f"{largest}: a larger one may load a tooth by more")
-    forces = [f"{significant(row.tooth_peak_n)} N at {row.rpm:g} rpm" for row in rows.itertuples()]
+    forces = [f"{significant(row.tooth_peak_n)} N at {condition_name(row)}" for row in rows.itertuples()]
     ratios = listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
     sentences.append(
         f"the largest force of a tooth in a passage is {listed(forces)}: {ratios} {WITHOUT}, at most "
@@ -72,14 +98,13 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
         error = row["tooth_ratio_error"]
         value, errors = plain(with_error(row["tooth_ratio"], error)), (rule.tooth_force - row["tooth_ratio"]) / error
         sentences.append(
-            f"this is not decided: at {row['rpm']:g} rpm the force is {value} {WITHOUT}, {errors:.2g} of its errors "
+            f"this is not decided: at {condition_name(row)} the force is {value} {WITHOUT}, {errors:.2g} of its errors "
             f"below the bound, and {DECIDED:g} decide; a smaller step does, or a ring of {_radius(decided)}"
             if errors < DECIDED
             else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
         )
-    if len(untouched := rows.loc[rows["tooth_peak_n"] == 0, "rpm"]):
-        speeds = listed([f"{rpm:g}" for rpm in untouched])
-        sentences.append(f"friction drive: no tooth is touched at {speeds} rpm, the ring drives alone")
+    if untouched := [condition_name(row) for row in rows[rows["tooth_peak_n"] == 0].itertuples()]:
+        sentences.append(f"friction drive: no tooth is touched at {listed(untouched)}, the ring drives alone")
     sentences.append(_price(table, rows))
     if "mobilised_friction" in rows and rows["mobilised_friction"].notna().any():
         sentences.append(
@@ -101,13 +126,14 @@ def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
     hold = grips["tooth_ratio"] <= rule.tooth_force
     verdict = "the ring serves with both" if hold.all() else "the choice depends on how much the ring grips"
     law = "if the ring gives way in shear instead (friction_law: dahl)"
-    return f"{law}, the force of a tooth at {grips['rpm'].iloc[0]:g} rpm is {listed(words)}: {verdict}"
+    return f"{law}, the force of a tooth at {condition_name(grips.iloc[0])} is {listed(words)}: {verdict}"
 
 
 def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
     """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
-    bare = table[table["ring_radius_m"].isna()].set_index("rpm").reindex(rows["rpm"]).reset_index()
-    words = [f"tension of the strand {_span(rows['tension_ratio'])} times that without a ring"]
+    by = conditions(table)
+    bare = rows[by].merge(table[table["ring_radius_m"].isna()], on=by, how="left")
+    words = [f"tension of the strand {_span(rows['tension_ratio'])} {WITHOUT}"]
     for text, columns, unit in (
         ("sliding of teeth and ring", ["teeth_sliding_j", "ring_sliding_j"], "J a turn"),
         ("motor power", ["motor_power_w"], "W"),
@@ -133,9 +159,9 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     """Sentences on why no ring serves."""
     rings = table.dropna(subset="ring_radius_m")
     worst = rule.worst(table)
-    bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} at every speed"
+    bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} {_everywhere(table)}"
     if worst.empty:
-        return [f"no ring can be chosen: none of these has a result at every speed, to keep {bound}"]
+        return [f"no ring can be chosen: none of these has a result {_everywhere(table)}, to keep {bound}"]
     least = rings[rings["ring_radius_m"] == worst.idxmin()]
     row = least.loc[least["tooth_ratio"].idxmax()]
     arc = max(ARCS, key=lambda arc: row[f"{arc}_peak_n"])
@@ -154,8 +180,8 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     else:
         sentences.append(f"no ring of these keeps {bound}")
     sentences.append(
-        f"the least share that any keeps at every speed is {row['tooth_ratio']:.2f}: {row['ring_radius_m']:.5g} m, "
-        f"at {row['rpm']:g} rpm, on the {arc} arc"
+        f"the least share that any keeps {_everywhere(table)} is {row['tooth_ratio']:.2f}: "
+        f"{row['ring_radius_m']:.5g} m, at {condition_name(row)}, on the {arc} arc"
     )
     touching = rings[rings["right_share_pct"] >= TOUCHING]
     free = set(rings["ring_radius_m"]) - set(touching["ring_radius_m"])
@@ -164,7 +190,7 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
         first = back.loc[back["ring_radius_m"].idxmin()]
         sentences.append(
             f"the right arc comes back at {first['ring_radius_m']:.5g} m: {first['right_share_pct']:.2g} % of a turn "
-            f"at {first['rpm']:g} rpm"
+            f"at {condition_name(first)}"
         )
     elif not free:
         sentences.append("the right arc is never free")
@@ -187,13 +213,13 @@ def _by_durations(rings: pd.DataFrame, durations: DurationRule) -> str:
 def _worst(rows: pd.DataFrame) -> str:
     """What the force of a tooth is at the speed where it is the largest share."""
     if rows["tooth_ratio"].isna().any():
-        return f"is not known at {rows.loc[rows['tooth_ratio'].isna(), 'rpm'].iloc[0]:g} rpm"
+        return f"is not known at {condition_name(rows[rows['tooth_ratio'].isna()].iloc[0])}"
     row = rows.loc[rows["tooth_ratio"].idxmax()]
-    return f"a tooth bears {row['tooth_ratio']:.2f} {WITHOUT} at {row['rpm']:g} rpm"
+    return f"a tooth bears {row['tooth_ratio']:.2f} {WITHOUT} at {condition_name(row)}"
 
 
-def _span(values: pd.Series) -> str:
-    return " to ".join(dict.fromkeys(significant(float(value)) for value in (values.min(), values.max())))
+def _span(values: pd.Series, digits: int = 3) -> str:
+    return " to ".join(dict.fromkeys(significant(float(value), digits) for value in (values.min(), values.max())))
 
 
 def _radius(radius: float) -> str:
@@ -222,4 +248,4 @@ def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd
             names.setdefault(radius, []).append(name)
     named = table["ring_radius_m"].map({radius: ", ".join(words) for radius, words in names.items()})
     table["ring"] = named.mask(table["ring_radius_m"].isna(), "none")
-    return table.dropna(subset="ring").sort_values(["rpm", "ring_radius_m"], na_position="first")
+    return table.dropna(subset="ring").sort_values([*conditions(table), "ring_radius_m"], na_position="first")

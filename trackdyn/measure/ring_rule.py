@@ -46,13 +46,24 @@ RULE_COLUMNS = (
 )
 
 
+def conditions(study: pd.DataFrame) -> list[str]:
+    """Return the columns of a study that say under what a ring runs: the speed (rev/min), and the load (N) if any."""
+    return [name for name in ("rpm", "load_n") if name in study]
+
+
+def condition_name(row) -> str:
+    """Return speed and load of a row of a study in words."""
+    load = getattr(row, "load_n", 0.0)
+    return f"{row.rpm:g} rpm{f' under {load:g} N' if load else ''}"
+
+
 def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
-    """Return a study with the force of a tooth, and what it is of that without a ring at the same speed.
+    """Return a study with the force of a tooth, and what it is of that without a ring at the same speed and load.
 
     Parameters
     ----------
     study : pandas.DataFrame
-        A row per radius (m; NaN: no ring) and speed, with columns of ``metrics.csv``.
+        A row per radius (m; NaN: no ring), speed and load (`conditions`), with columns of ``metrics.csv``.
 
     Returns
     -------
@@ -70,12 +81,10 @@ def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
     table["tooth_peak_n"] = peaks.max(axis=1)
     table["tooth_peak_error_n"] = np.take_along_axis(errors, larger, axis=1)[:, 0]
     table["tooth_rms_n"] = rms.max(axis=1)
-    bare = (
-        table[table["ring_radius_m"].isna()]
-        .groupby("rpm")[["tooth_peak_n", "tooth_peak_error_n", "settled_tension_n"]]
-        .first()
-    )
-    force, error, tension = (table["rpm"].map(bare[name]) for name in bare)
+    by, compared = conditions(table), ["tooth_peak_n", "tooth_peak_error_n", "settled_tension_n"]
+    bare = table[table["ring_radius_m"].isna()].groupby(by, as_index=False)[compared].first()
+    same = table[by].merge(bare, on=by, how="left").set_axis(table.index)
+    force, error, tension = (same[name] for name in compared)
     with np.errstate(divide="ignore", invalid="ignore"):
         table["tooth_ratio"] = ratio = table["tooth_peak_n"] / force.where(force > 0)
         own = table["tooth_peak_error_n"] / table["tooth_peak_n"].where(table["tooth_peak_n"] > 0)
@@ -124,13 +133,15 @@ class _Smallest:
         raise NotImplementedError
 
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring can be chosen, by its radius (m): one that was run at every speed of the study.
+        """Return whether a ring can be chosen, by its radius (m): one that was run at every speed and load.
 
         Bounds are kept by so many standard ``errors``, where the rule knows them.
         """
-        kept, speeds = self.kept(study, errors), study.groupby("ring_radius_m")["rpm"].nunique()
+        by, kept = conditions(study), self.kept(study, errors)
+        count, runs = len(study.drop_duplicates(by)), study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"]
+        counts = runs.value_counts()
         return {
-            radius: bool(speeds[radius] == study["rpm"].nunique())
+            radius: bool(counts[radius] == count)
             and all(kept[other] for other in kept if radius <= other <= radius * (1 + SPAN))
             for radius in kept
         }

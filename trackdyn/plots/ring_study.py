@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from trackdyn.inputs.files import write_text
-from trackdyn.measure.ring_rule import Window
+from trackdyn.measure.ring_rule import Window, condition_name, conditions
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PAGE, PRINTED, SMALL, new_figure, styled
@@ -73,18 +73,17 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
     """
     figure = new_figure(4.2, PAGE)
     tooth, ring = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    rings, bare = study.dropna(subset="ring_radius_m"), study[study["ring_radius_m"].isna()].set_index("rpm")
     named = list[tuple[float, str, str]]()
-    for i, rpm in enumerate(sorted(study["rpm"].unique())):
-        rows = rings[rings["rpm"] == rpm].sort_values("ring_radius_m")
+    for i, (name, runs) in enumerate(_series(study)):
+        rows, bare = runs.dropna(subset="ring_radius_m"), runs.loc[runs["ring_radius_m"].isna(), "tooth_peak_n"] / 1e3
         look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
         look |= {"linestyle": DASHES[i % len(DASHES)]}
         for ax, column in ((tooth, "tooth_peak_n"), (ring, "ring_peak_n")):
             error = rows.get(column.replace("_n", "_error_n"), pd.Series(0.0, rows.index)).fillna(0.0)
-            ax.errorbar(rows["ring_radius_m"], rows[column] / 1e3, error / 1e3, **look, label=f"{rpm:g} rpm")
-        if rpm in bare.index and (force := bare.loc[rpm, "tooth_peak_n"] / 1e3) > 0:
+            ax.errorbar(rows["ring_radius_m"], rows[column] / 1e3, error / 1e3, **look, label=name)
+        if len(bare) and (force := float(bare.iloc[0])) > 0:
             tooth.axhline(force, color=look["color"], linewidth=1.6, alpha=0.6)
-            named.append((force, f"no ring, {rpm:g} rpm", look["color"]))
+            named.append((force, f"no ring, {name}", look["color"]))
             tooth.axhline(limit * force, color=look["color"], linewidth=0.8, linestyle=(0, (1, 2)))
     for ax in (tooth, ring):
         for window in kept:
@@ -115,6 +114,12 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
     return figure
 
 
+def _series(study: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Return the rows of every speed and load, by radius, with their names; no ring is first."""
+    ordered = study.sort_values("ring_radius_m", na_position="first")
+    return [(condition_name(rows.iloc[0]), rows) for _, rows in ordered.groupby(conditions(study))]
+
+
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
     """Smallest radius (m) from which on a value is zero at every speed; None if the largest one shows some."""
     largest = study.dropna(subset="ring_radius_m").groupby("ring_radius_m")[value].max().sort_index()
@@ -131,20 +136,19 @@ def _panels(
     gap = gaps.min() if len(gaps) else 0.001
     none = (radii[0] if radii else 0.0) - 1.5 * (np.median(gaps) if len(gaps) else gap)
     with_none = bool(study["ring_radius_m"].isna().any())
-    speeds = sorted(study["rpm"].unique())
-    # errors of neighbouring speeds shall not hide each other
-    spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
+    series = _series(study)
+    # errors of neighbouring series shall not hide each other
+    spread = 0.06 * gap * (np.arange(len(series)) - 0.5 * (len(series) - 1))
     figure = new_figure(5.0, COLUMN)
     axes = list(figure.subplots(len(columns), 1, sharex=True))
     lines = list[str]()  # below the legend: text in a panel covers data
     hidden = True  # whether every error bar is smaller than its mark
     for ax, (name, (value, error)) in zip(axes, columns.items(), strict=True):
-        for i, rpm in enumerate(speeds):
-            rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
+        for i, (words, rows) in enumerate(series):
             position = rows["ring_radius_m"].fillna(none) + spread[i]
             look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
             bare = rows["ring_radius_m"].isna()
-            for rows_drawn, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
+            for rows_drawn, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], words)):
                 errors = rows.loc[rows_drawn, error].fillna(0.0)
                 ax.errorbar(
                     position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label

@@ -5,6 +5,7 @@ input pin) trails and a link's y axis points outward.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -206,6 +207,7 @@ def tensioner(rig: Rig) -> int:
     return wheel_names(rig).index(rig.tension.wheel)
 
 
+@lru_cache(maxsize=32)  # the loop is laid, as long as a scene is made otherwise
 def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
     """Return the wheel that a load brakes, as its index in `wheel_names`, and the lever (m) of the chain about it.
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from trackdyn.inputs.errors import InputError
@@ -19,7 +20,7 @@ from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import computed_rows, row_of
 
 SHEAR_STIFFNESS = "ring_contact.shear_stiffness"
-SCENE_COLUMNS, OUTCOME_COLUMNS = ["rpm", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
+SCENE_COLUMNS, OUTCOME_COLUMNS = ["rpm", "load_n", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
 
 
 @typed
@@ -32,21 +33,24 @@ def ring_study(
     progress: bool = False,
     step: Sequence[float] = (),
     rule: RingRule | None = None,
+    loads: Sequence[float] | None = None,
 ) -> pd.DataFrame:
-    """Run every ring (radii in m; by default `scene.rings.study_radii`), and none, at every speed (rev/min).
+    """Run every ring, and none, at every speed and load.
 
-    ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store. Of several steps (s) the first
-    counts that is neither refused nor diverges; by default the rig's own. Around the choice of a ``rule`` radii are run
-    that it needs (`RingRule.refined`).
+    Radii are in m (by default `scene.rings.study_radii`), speeds in rev/min, loads, pulls of the chain (`Scene.load`),
+    in N, the rig's own by default. ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store.
+    Of several steps (s) the first counts that is neither refused nor diverges; by default the rig's own. Around the
+    choice of a ``rule`` radii are run that it needs (`RingRule.refined`).
 
-    The table has a row per scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
-    study took that radius on its way), ``state``, ``reason``,
-    ``contacts_converged``, the columns of ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors hold
-    what the step adds (`measure.uncertainty`). Raises `InputError` where a speed or a radius cannot be used, or no ring
-    for a ``rule`` carries the chain; what is wrong with one scene is its ``reason``.
+    The table has a row per scene, no ring first: ``rpm``, ``load_n``, ``ring_radius_m`` (empty: no ring), ``added``
+    (whether the study took that radius on its way), ``state``, ``reason``, ``contacts_converged``, the columns of
+    ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors hold what the step adds
+    (`measure.uncertainty`). Raises `InputError` where a speed, a load or a radius cannot be used, or no ring for a
+    ``rule`` carries the chain; what is wrong with one scene is its ``reason``.
     """
     requested = study_radii(rig) if radii is None else sorted(set(radii))
     radii, high = list(requested), Scene.ring_range(rig)[1]
+    rpms, pulls = sorted(set(speeds)), [rig.load] if loads is None else sorted(set(loads))
     if rule and radii and radii[-1] < (least := least_ring(rig)) and radii[0] >= Scene.ring_range(rig)[0]:
         raise InputError(
             f"radii: the largest, {radii[-1]:.5g} m, carries nothing: a ring carries the chain from {least:.5g} m on; "
@@ -54,7 +58,7 @@ def ring_study(
         )
 
     def run(radii: Sequence[float]) -> pd.DataFrame:
-        scenes = [Scene(rig, rpm, ring) for ring in (None, *radii) for rpm in sorted(set(speeds))]
+        scenes = [Scene(rig, rpm, ring, load=load) for ring in (None, *radii) for load in pulls for rpm in rpms]
         table = with_tooth_forces(_study(scenes, step, jobs, store, progress))
         table["added"] = table["ring_radius_m"].notna() & ~table["ring_radius_m"].isin(requested)
         return table
@@ -78,23 +82,25 @@ def other_grips(
     progress: bool = False,
     step: Sequence[float] = (),
 ) -> pd.DataFrame:
-    """Run a ring of a study with Dahl's law, soft and hard in shear, at the speed where a tooth bears most of none.
+    """Run a ring of a study with Dahl's law, soft and hard in shear, where a tooth bears most of that without a ring.
 
-    The stiffnesses are the ends of the range of the default rig's file. Arguments are those of `ring_study`, ``radius``
-    is in m. The table has `ring_study`'s columns, and ``shear_stiffness`` (N/m a link), a row each.
+    That is at one speed and load. The stiffnesses are the ends of the range of the default rig's file. Arguments are
+    those of `ring_study`, ``radius`` is in m. The table has `ring_study`'s columns, and ``shear_stiffness`` (N/m a
+    link), a row each.
     """
     rows = study[study["ring_radius_m"] == radius]
-    rpm = float(rows.loc[rows["tooth_ratio"].idxmax(), "rpm"])
+    worst = rows.loc[rows["tooth_ratio"].idxmax()]
+    rpm, load = float(worst["rpm"]), float(worst["load_n"])
     range_of = parameter_table(DEFAULT).set_index("name").loc[SHEAR_STIFFNESS]
     stiffnesses = [float(range_of["low"]), float(range_of["high"])]
     others = [rig.changed(ring_contact__friction_law="dahl", ring_contact__shear_stiffness=k) for k in stiffnesses]
-    bare = study[study["ring_radius_m"].isna() & (study["rpm"] == rpm)]
-    table = _study([Scene(other, rpm, radius) for other in others], step, jobs, store, progress)
+    bare = study[study["ring_radius_m"].isna() & (study["rpm"] == rpm) & (study["load_n"] == load)]
+    table = _study([Scene(other, rpm, radius, load=load) for other in others], step, jobs, store, progress)
     return with_tooth_forces(pd.concat([bare, table])).iloc[len(bare) :].assign(shear_stiffness=stiffnesses)
 
 
 def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bool) -> pd.DataFrame:
-    """Table of scenes of one sprocket, by radius and speed. Raises `InputError`: a scene has no driven chain."""
+    """Table of scenes of one sprocket, by radius, load and speed. Raises `InputError`: a scene has no driven chain."""
     for scene in scenes:  # before anything runs
         check_driven(scene)
     rig = scenes[0].rig
@@ -104,13 +110,13 @@ def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bo
     rows = []
     for scene in scenes:
         fields: dict = {"motor_rpm": scene.motor_rpm, "ring_radius": scene.ring_radius}
+        fields |= {} if scene.load == scene.rig.load else {"load": scene.load}
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
         rows.append(row_of({"rig": contents[id(scene.rig)], "changes": {}, "scene": fields, "stop_rule": stop_rule}))
     results = computed_rows(rows, jobs, store, "ring" if progress else "")
     outcomes = pd.DataFrame(results).drop(columns="values")
     table = pd.DataFrame([result["values"] for result in results]).assign(**outcomes)
-    table["rpm"], table["ring_radius_m"] = zip(*((scene.motor_rpm, scene.ring_radius) for scene in scenes), strict=True)
-    table["ring_radius_m"] = table["ring_radius_m"].astype(float)
+    table[SCENE_COLUMNS] = np.array([(s.motor_rpm, s.load, s.ring_radius) for s in scenes], float)
     metrics = [name for name in table if name in METRIC_COLUMNS and name not in (*SCENE_COLUMNS, "run")]
     errors = {name: error for name in metrics if (error := METRIC_COLUMNS[name][3]) in table}
     for k in table.index[table["state"] == DONE]:
