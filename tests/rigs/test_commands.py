@@ -58,7 +58,7 @@ def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypat
         ("bench", {"tension__pre_tension": 0.0}, ["sags by half or more"]),
         ("bench", {"tension__pre_tension": 20.0}, ["sags by half or more"]),
         ("bench", {"tension__pre_tension": 1000.0}, ["the longest strand, 1.01 m, sags by 17% of its span"]),
-        ("m113", {}, ["idler and road_5 overlap in the view from the side"]),
+        ("m113", {}, ["idler and road_5 overlap in the side view"]),
         ("vehicle", {}, ["the taut chain passes carrier by"]),
     ],
 )

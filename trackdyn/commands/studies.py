@@ -77,8 +77,8 @@ def ring(
 
     Every radius, and no ring, is run at every speed and load. The recommended ring is the smallest with which the
     largest force of a tooth is at most half of that without a ring. The gaps around it are refined. The same command
-    resumes a study that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and sliding (.png,
-    .svg), and the stored rows.
+    resumes a study that was stopped. The folder has ring.html, ring.csv, the figures force, fig23_a, fig23_b, fig24 and
+    sliding (.png, .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and recommends one for both.
     """

@@ -133,7 +133,7 @@ def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
     """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
     by = conditions(table)
     bare = rows[by].merge(table[table["ring_radius_m"].isna()], on=by, how="left")
-    words = [f"tension of the strand {_span(rows['tension_ratio'])} {WITHOUT}"]
+    words = [f"tension of the strand {_span(rows['tension_ratio'])} times that without a ring"]
     for text, columns, unit in (
         ("sliding of teeth and ring", ["teeth_sliding_j", "ring_sliding_j"], "J a turn"),
         ("motor power", ["motor_power_w"], "W"),

@@ -162,6 +162,7 @@ def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_fi
     """A sentence stands above the statements that decide it, with the share of plausible tracks."""
     stored = ROOT / "data" / "plausible"
     plausible = {name: stored / f"plausible_{name}.csv" for name in ("map", "draws", "mobilised")}
+    plausible["rings"] = stored / "rings.csv"
     for name, of in (("claims", "C02"), ("sentences", "2")):
         plausible[name] = results / f"tracks_{name}.csv"
         table = pd.read_csv(stored / f"plausible_{name}.csv", dtype={"name": str}).query("name != @of")

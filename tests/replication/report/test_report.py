@@ -11,7 +11,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.conftest import made_recording
-from trackdyn.contact.laws import find_area
 from trackdyn.fieldtest.figures import history_figure, spectrum_figure
 from trackdyn.fieldtest.sensor_csv import SensorRecord
 from trackdyn.measure.estimators import sensor_metrics
@@ -22,7 +21,6 @@ from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.style import new_figure, save
 from trackdyn.rig.layout import assemble
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.build import make_tooth
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.simulate import simulate
@@ -31,7 +29,6 @@ from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
 from trackdyn_replication.paper.published import SENSORS
 from trackdyn_replication.report.figures.closure import closure_figure
-from trackdyn_replication.report.figures.engagement import seated_pins
 from trackdyn_replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY
 from trackdyn_replication.report.figures.screenshots import moments
@@ -144,11 +141,7 @@ def test_table1_has_the_areas_of_the_groove():
     assert list(table.loc[table["type"] == "convex", "area"]) == [1, 4, 7, 10]
     assert table.loc[1, "r_mm"] == pytest.approx(1000 * RIG.groove.r2)
     assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
-    # what the caption says of the default rig: areas 3 and 8, and the twentieth of a millimetre that C15 rests on
-    assert table.loc[[2, 7], "length_mm"].tolist() == pytest.approx([0.184, 0.184], abs=0.005)
-    pins, tooth = seated_pins(RIG), make_tooth(RIG.groove_profile, RIG.chain.connector_radius, 0)
-    touched = [[find_area(tooth, float(x) - shift, float(y) - 1e-5)[0] for x, y in pins] for shift in (0.0, 5e-5)]
-    assert touched == [[2, 9], [2, 7]]
+    assert table["length_mm"].min() > 1  # none of the ten arcs of the default rig is one in name alone
 
 
 @pytest.fixture(scope="module")

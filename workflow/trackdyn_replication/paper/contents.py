@@ -31,7 +31,7 @@ class Item:
         return f"{'Figure' if numbered[1] == 'fig' else 'Table'} {int(numbered[2])}" if numbered else ""
 
     def caption(self, synthetic: bool | None) -> list[str]:
-        """Return the caption's paragraphs, plain text, names of files and columns in backquotes (`printed.SENSORS`)."""
+        """Return the caption's paragraphs, plain text, names of files in backquotes (`published.SENSORS`)."""
         of_sensor = {True: self.if_synthetic, False: "", None: self.if_synthetic and WITHOUT_SENSOR}[synthetic]
         texts = [*self.text.split("\n\n"), *([of_sensor] if of_sensor else [])]
         return [" ".join(text.split()) for text in texts]

@@ -41,7 +41,7 @@ class Evidence:
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
     # ``peers/summary.csv``: the comparison with an independent code and with a belt
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
-    # the article's Table 3 (`printed.load_cells`), as far as a reader filled it in
+    # the article's Table 3 (`published.load_cells`), as far as a reader filled it in
     cells: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=CELLS))
 
     def records(self, speeds) -> pd.DataFrame:
