@@ -1,14 +1,16 @@
-"""Files of the searched rigs, the ends of the searches, and how they compare: the first is the default rig."""
+"""Files of the default rig, a draw of the sample, and of searched ones, and how the ends of the searches compare."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
 import re
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from laboratory.plausible.draws import drawn_values
 from laboratory.plausible.search import SEARCHED, Searching, searched_unknowns
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
@@ -20,10 +22,11 @@ from trackdyn.simulation.settling import settle
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = {
-    "slips": "the rig of the paper: a track sampled from assumed ranges, chosen for the printed numbers that it meets",
+    "slips": "a rig fitted to the printed numbers within assumed ranges, but for a ring that slips",
     "shears": "a rig fitted to the printed numbers within assumed ranges, with a ring that gives way in shear",
     "grips": "a rig fitted to the printed numbers within assumed ranges, with a ring that grips as rubber does",
 }
+DEFAULT = "the rig of the paper: a track sampled from assumed ranges, chosen for the printed numbers that it meets"
 AT_END = 0.01  # of a range: nearer to its bounds than this, a value is at an end
 SET = "set by the search (docs/answer.md)"
 DAMPER = (
@@ -32,21 +35,23 @@ DAMPER = (
 SECTION = re.compile(r"^(\w+):")
 ENTRY = re.compile(r'^  (\w+): \{value: [^,]+, unit: ("1"|[^,]+), .*range: (.*)"\}$')
 SOURCE_LINE = re.compile(r"#   (\[|judgement)")
+COMMAND = "searched_rigs"  # that makes the files of searches
 HEAD = """about: "{about}"
 # The rig: every parameter with value, unit, kind and source.
 # kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
 # fitted (chosen so that the model shows a printed result; the source says which).
 # low, high: the range that is assumed for the part; the source or the judgement behind it stands after "range:".
-# `snakemake -s laboratory/Snakefile -j2 searched_rigs` makes this file (docs/answer.md).
+# `snakemake -s laboratory/Snakefile -j2 {command}` makes this file (docs/answer.md).
 # Outside these ranges: {outside}.
 """
 
 
-def rig_text(template: str, entries: Mapping[str, dict], about: str) -> str:
+def rig_text(template: str, entries: Mapping[str, dict], about: str, command: str = COMMAND) -> str:
     """Text of the file of a rig: that of another one, the ``template``, with some entries exchanged.
 
     In the template every entry is a line, and the range stands behind ``range:`` in its source. ``entries`` are
-    ``value``, ``low``, ``high``, ``kind`` and ``source`` by ``section.field``, ``about`` says what the rig is.
+    ``value``, ``low``, ``high``, ``kind`` and ``source`` by ``section.field``, ``about`` says what the rig is,
+    ``command`` which rule makes the file.
     """
     section, lines, outside = "", [], []
     for line in template[template.index("\ngravity:") + 1 :].splitlines():
@@ -62,7 +67,7 @@ def rig_text(template: str, entries: Mapping[str, dict], about: str) -> str:
             if not entry["low"] <= value <= entry["high"]:
                 outside.append(f"{section}.{match[1]} ({value:g} for {entry['low']:g} to {entry['high']:g})")
         lines.append(line)
-    head = HEAD.format(about=about, outside=", ".join(outside) or "nothing")
+    head = HEAD.format(about=about, command=command, outside=", ".join(outside) or "nothing")
     sources = "".join(f"{line}\n" for line in template.splitlines() if SOURCE_LINE.match(line))
     return f"{head}{sources}\n" + "\n".join(lines) + "\n"
 
@@ -100,6 +105,24 @@ def _least_tension(rig: Rig, low: float) -> float:
     return rig.tension.pre_tension
 
 
+def default_rig(config: PlausibleConfig) -> str:
+    """Return the file of the default rig: a draw of the sample, with the ring's friction of the search `slips`."""
+    values = next(islice(drawn_values(config), config.default_draw, None))
+    unknowns, ranges = searched_unknowns(config, "slips"), file_ranges(config.rig)
+    source = f"draw {config.default_draw} of the sample, fitted to nothing (docs/answer.md)"
+    entries = rig_entries(config, unknowns, values, source, "assumed") | _set_fields(config, "slips", ranges)
+    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, DEFAULT, "default_rig")
+
+
+def _set_fields(config: PlausibleConfig, name: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, dict]:
+    """Return entries of the numbers that a search sets."""
+    return {
+        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
+        for field, value in config.search.searches[name].fields.items()
+        if not isinstance(value, str)
+    }
+
+
 def best_row(rows: pd.DataFrame) -> dict:
     """Return the row that meets most independent numbers, of those shows most sentences, then costs least."""
     order = {"by": ["numbers", "sentences", "cost"], "ascending": [False, False, True]}
@@ -117,12 +140,9 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
         else f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {_start(rows)}"
     )
     source = f"{came} (docs/answer.md)"
-    set_fields = {
-        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
-        for field, value in searched.fields.items()
-        if not isinstance(value, str)
-    }
-    entries = rig_entries(config, unknowns, best, source, "assumed" if drawn else "fitted") | set_fields
+    entries = rig_entries(config, unknowns, best, source, "assumed" if drawn else "fitted") | _set_fields(
+        config, name, ranges
+    )
     text = rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
     for field, value in searched.fields.items():
         if isinstance(value, str):
@@ -177,8 +197,11 @@ def comparison(searching: Searching, tables: Mapping[str, pd.DataFrame]) -> pd.D
 
 @run_job
 def main(job) -> None:
-    """Rule `searched_rigs`."""
+    """Run the rule `searched_rigs` or, which needs no run, `default_rig`."""
     config = load_plausible(job.input.config)
+    if job.rule == "default_rig":
+        write_text(Path(job.output[0]), default_rig(config))
+        return
     searching = Searching(config, job.input.claims, job.threads, job.params.store)
     tables = {name: searching.search(name) for name in job.params.searches}
     for (name, rows), path in zip(tables.items(), job.output.rigs, strict=True):

@@ -135,6 +135,7 @@ class PlausibleConfig(Section):
     scene: dict[str, Any]
     draws: Count
     seed: int
+    default_draw: Annotated[int, Field(ge=0)]
     engaged: Engaged
     tooth_detail: Count
     follows: Positive

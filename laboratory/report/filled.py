@@ -9,7 +9,7 @@ PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv")
 TABLES = (
     GRIP, RINGS, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,
-    *(f"{FOLDER}/{name}.csv" for name in ("grips_numbers", "grips_sentences", "searched_rigs", "search_rows")),
+    *(f"{FOLDER}/{name}.csv" for name in ("grips_numbers", "grips_sentences")),
 )  # fmt: skip
 PAGES = (("docs/answer.md", TABLES, answer_text),)
 

@@ -23,7 +23,7 @@ from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import MET
 from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
 from trackdyn_replication.paper.published import RADIUS_CHOSEN
-from trackdyn_replication.paper.scorecard import MARKS, number_count, other_numbers, verdict_line
+from trackdyn_replication.paper.scorecard import MARKS, missed_numbers, number_count, other_numbers, verdict_line
 from trackdyn_replication.paper.tracks import (
     RUBBER,
     SHARES_READ,
@@ -127,10 +127,9 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """Word the results of the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    study, rings, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *searched = tables
-    grips, grips_sentences, ends, rows = searched
+    study, rings, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *gripping = tables
+    grips, grips_sentences = gripping
     table, unjudged = _table(sentences, default)
-    missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
     texts = blocks(
         Path(__file__).with_name("answer.md.j2"),
         finding=" ".join(finding_sentences(ran(study))),
@@ -145,42 +144,10 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         numbers=number_count(numbers),
         others=other_numbers(numbers),
         shares_read=SHARES_READ,
-        missed=", ".join(f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in missed),
+        missed=missed_numbers(numbers),
         grips=verdict_line(grips_sentences, grips),
-        draws_searched=_listed(sorted(rows.loc[rows["begin"].str.fullmatch(r"draw \d+"), "begin"].unique())),
-        ends=_ends(ends),
-        together=_together(rows),
     )
     return [f"{text}\n" for text in texts]
-
-
-def _listed(names: list[str]) -> str:
-    """Return draws as one phrase: draws 155, 241 and 315."""
-    *first, last = (name.removeprefix("draw ") for name in names)
-    return f"draws {', '.join(first)} and {last}" if first else f"draw {last}"
-
-
-def _ends(ends: pd.DataFrame) -> str:
-    """Return a line a searched rig: what it meets, and which of its values are at or beyond an end of their range."""
-    lines = [
-        {
-            "search": f"`{row.search}`, row {row.row}",
-            "independent numbers": f"{row.numbers} of {row.of}",
-            "sentences": f"{row.sentences}: {row.shown}",
-            "not met": row.missed,
-            "outside its range": row.outside,
-            "at an end": row.at_end,
-        }
-        for row in ends.fillna("none").itertuples()
-    ]
-    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
-
-
-def _together(rows: pd.DataFrame) -> str:
-    """Return how many rows ran, and the most numbers and sentences of one, by search."""
-    ran = rows.dropna(subset="cost")
-    counts = ", ".join(f"`{name}` {len(of)}" for name, of in ran.groupby("search", sort=False))
-    return f"Rows that ran: {counts}."
 
 
 def _outcomes(draws: pd.DataFrame) -> dict:

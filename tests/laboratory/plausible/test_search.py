@@ -11,7 +11,7 @@ from laboratory.plausible.distances import MAXIMA, SHARES, TIMES, at_most, bound
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs
 from laboratory.plausible.rows import scene_name
 from laboratory.plausible.search import MARGIN, SEARCHED, Outcome, Searching, cost, linear_step, searched_unknowns
-from laboratory.plausible.searched_rigs import comparison, searched_rig
+from laboratory.plausible.searched_rigs import comparison, default_rig, searched_rig
 from laboratory.plausible.settings import load_plausible
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
 from trackdyn_replication.paper.claims import load_claims
@@ -181,3 +181,14 @@ def test_the_better_rig_meets_more_numbers_then_shows_more_sentences_then_assume
     # the transition velocity in the middle of what slips searches is none of rubber
     assert order(("slips", 12, 15, 0.4), ("shears", 12, 15, 0.4)) == ["shears", "slips"]
     assert order(("grips", 12, 15, 0.009), ("shears", 12, 15, 0.4)) == ["shears", "grips"]
+
+
+def test_the_default_rig_is_a_draw_of_the_sample():
+    assert default_rig(CONFIG) == Path("trackdyn/rigs/paper.yaml").read_text(encoding="utf-8")
+    drawn = next(islice(drawn_rigs(CONFIG), CONFIG.default_draw, None))
+    rig, ring = load_rig("paper"), "ring_contact."
+    fields = [name for name in drawn.values if name not in CONFIG.search.searches["slips"].fields]
+    assert [rig.value(name) for name in fields] == pytest.approx([drawn.rig.value(name) for name in fields], rel=1e-5)
+    assert rig.value(f"{ring}transition_velocity") == pytest.approx(
+        drawn.values[f"{ring}transition_velocity"], rel=1e-5
+    )

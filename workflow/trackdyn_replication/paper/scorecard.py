@@ -92,6 +92,13 @@ def other_numbers(numbers: pd.DataFrame) -> str:
     return listed([number_count(numbers, group) for group in GROUPS if group in groups])
 
 
+def missed_numbers(numbers: pd.DataFrame) -> str:
+    """Return the independent printed numbers that are not met, with their values here and as printed."""
+    missed = numbers[(numbers["group"] == INDEPENDENT) & ~numbers["met"]].astype(object).fillna("").itertuples()
+    texts = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit}".rstrip(" 1") + ")" for row in missed]
+    return ", ".join(texts) or "none"
+
+
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
     """Return the rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
     rows = []

@@ -15,7 +15,14 @@ from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 from trackdyn_replication.paper.claims import MET, NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
 from trackdyn_replication.paper.finding import finding_sentences, ran
-from trackdyn_replication.paper.scorecard import MARKS, other_numbers, outside_sentence, statements, verdict_line
+from trackdyn_replication.paper.scorecard import (
+    MARKS,
+    missed_numbers,
+    other_numbers,
+    outside_sentence,
+    statements,
+    verdict_line,
+)
 from trackdyn_replication.paper.tracks import (
     FOLDER,
     FREE,
@@ -82,6 +89,7 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
         rig=rig,
         verdict=verdict_line(judged, numbers),
         others=other_numbers(numbers),
+        missed=missed_numbers(numbers),
         fitted=int((parameters["kind"] == "fitted").sum()),
         mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
         near=neighbours_free(near),
