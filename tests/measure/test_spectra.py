@@ -116,7 +116,7 @@ FUNCTIONS = {
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("a", [[], [1.0, np.nan, 2.0], np.zeros((3, 2)), ["a", "b"], [[1.0, 2.0], [3.0]]], ids=str)
 def test_unusable_signals_are_refused_in_one_sentence(name, a):
-    with pytest.raises(InputError, match="not a series of finite numbers: give two or more"):
+    with pytest.raises(InputError, match="not a series of finite numbers: use two or more"):
         FUNCTIONS[name](a)
 
 

@@ -32,7 +32,7 @@ def held_for(study: pd.DataFrame, rule: RingRule, rig: Rig) -> str:
     rows = study[study["ring_radius_m"].isna() if chosen != chosen else study["ring_radius_m"] == chosen]
     speed = rows["rpm"].map(lambda rpm: rig.pitch / Periods.at(rig, rpm).passage)
     drag = (rows["motor_power_w"] / speed - rows["load_n"]).dropna()
-    beside = f"its own drag, {_span(drag, 2)} N" if len(drag) else "its own drag"
+    beside = f"its own drag, {_span(drag)} N" if len(drag) else "its own drag"
     if loads == [0.0]:
         return (
             f"this holds for a track that pulls nothing: the motor overcomes {beside} (with --load 3kN, a load of 3 kN)"
@@ -218,8 +218,8 @@ def _worst(rows: pd.DataFrame) -> str:
     return f"a tooth bears {row['tooth_ratio']:.2f} {WITHOUT} at {condition_name(row)}"
 
 
-def _span(values: pd.Series, digits: int = 3) -> str:
-    return " to ".join(dict.fromkeys(significant(float(value), digits) for value in (values.min(), values.max())))
+def _span(values: pd.Series) -> str:
+    return " to ".join(dict.fromkeys(significant(float(value)) for value in (values.min(), values.max())))
 
 
 def _radius(radius: float) -> str:

@@ -169,10 +169,14 @@ class Recorder:
         )  # fmt: skip
 
     def _check_step(self) -> None:
-        """Check a piece when it is over; raises `DivergenceError` as `StepCheck.judge`."""
+        """Check a piece when it is over; raises `InputError` as `check_load`, then as `StepCheck.judge`.
+
+        Under a wheel that stands the chain slides, and no step resolves that.
+        """
         piece = self._piece
         seconds = (self.done - piece.done) / self.scene.rig.rate
         if piece.loop is not None and (seconds >= PIECE or self.finished):
+            check_load(self.scene, self.record.samples.wheel_rate[: self.done])
             alternating = self.alternation(piece.done, piece.alternating)
             coarse = self.statistics(piece.done, piece.ended)
             self.step_check.judge(seconds, alternating, coarse, self._rerun, piece.first_of_run)
