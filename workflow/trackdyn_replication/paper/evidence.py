@@ -35,7 +35,7 @@ class Evidence:
     metrics: pd.DataFrame  # ``metrics.csv``
     events: pd.DataFrame  # ``events.csv``: ``run, event, median_s, sd_s`` relative to the first contact of a passage
     rig: Rig  # the rig of the runs
-    rpm: float  # speed of the meshing process (Sect. 6.1), to which the rig was fitted
+    rpm: float  # speed of the meshing process (Sect. 6.1)
     # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop; ``rpm``
     # is the paper's motor speed, also where the sprocket turns at a rounded one
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)

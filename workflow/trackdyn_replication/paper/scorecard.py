@@ -40,7 +40,7 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C20a": "ring: its force over that of both arcs",
     "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
     "C24a": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
-    "C26a": "recommended radius by our rule, to which the rig was fitted (m)",
+    "C26a": "recommended radius by our rule (m)",
 }
 IN_WORDS = {  # words of the paper, which prints no number
     "C06a": "grows",

@@ -63,7 +63,7 @@ def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {share} of them; of all tracks on "
         f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, and on {other} of the others. At that slope the "
         f"ring of the default rig has {friction}.",
-        ring_sentences(tables["rings"]),
+        ring_sentences(tables["rings"], brief=True),
     ]
 
 
@@ -119,8 +119,8 @@ def chosen_rings(rings: pd.DataFrame, rule: str = HALF) -> pd.DataFrame:
     return rows[rows["state"] == CHOSEN]
 
 
-def ring_sentences(rings: pd.DataFrame) -> str:
-    """The rings to choose on sampled tracks: on how many there is one, what it gains and costs, where it lies."""
+def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
+    """Word the rings to choose on sampled tracks: on how many there is one, its gain, cost and place; more if not brief."""
     tracks, chosen, by_durations = of_start(rings, HALF), chosen_rings(rings), chosen_rings(rings, DURATIONS)
     others = [f"{len(chosen_rings(rings, share))} with a share of {share}" for share in OTHER_SHARES]
     narrow = int((tracks["state"] == NARROW).sum())
@@ -159,7 +159,7 @@ def ring_sentences(rings: pd.DataFrame) -> str:
             f"From a second start {len(other)} of them were run: the choice is the same on {int((moved < STEP).sum())} "
             f"and moves by a millimetre on {int(moved.between(STEP, 3 * STEP).sum())}."
         )
-    return " ".join(sentences)
+    return " ".join(sentences[: 2 if brief else None])
 
 
 def _spread(values: pd.Series, form: str) -> str:
@@ -184,7 +184,8 @@ def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
         if name in judged_names and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
     ]
     return (
-        "Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm. "
+        "Neighbours of the default rig have each fitted and each sampled value moved by up to 1 %, equal pitch by up to "
+        "0.5 mm. "
         f"Conclusion 3 (sentence {FREE}) holds on {neighbours_free(near)} of them; lost or not decided are "
         f"{listed(lost) or 'no sentences by more than one in ten'}."
     )
