@@ -120,7 +120,7 @@ def chosen_rings(rings: pd.DataFrame, rule: str = HALF) -> pd.DataFrame:
 
 
 def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
-    """Word the rings to choose on sampled tracks: on how many there is one, its gain, cost and place; more if not brief."""
+    """Word the rings to choose on sampled tracks: their count, gain, cost and place; more if not brief."""
     tracks, chosen, by_durations = of_start(rings, HALF), chosen_rings(rings), chosen_rings(rings, DURATIONS)
     others = [f"{len(chosen_rings(rings, share))} with a share of {share}" for share in OTHER_SHARES]
     narrow = int((tracks["state"] == NARROW).sum())
@@ -184,8 +184,8 @@ def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
         if name in judged_names and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
     ]
     return (
-        "Neighbours of the default rig have each fitted and each sampled value moved by up to 1 %, equal pitch by up to "
-        "0.5 mm. "
+        "Neighbours of the default rig have each fitted and each sampled value moved by up to 1 %, equal pitch by up "
+        "to 0.5 mm. "
         f"Conclusion 3 (sentence {FREE}) holds on {neighbours_free(near)} of them; lost or not decided are "
         f"{listed(lost) or 'no sentences by more than one in ten'}."
     )
