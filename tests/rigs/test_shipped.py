@@ -63,7 +63,7 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     # wheels that the chain lies on turn with it: rim speed within a tenth of the chain's
     speed = abs(loop.scene.sprocket_rate) * loop.scene.rig.pin_circle
     force, wheels = loop.work.wheel_force.sum(axis=0), loop.arrays.model.wheels
-    pressed = [k for k in range(1, len(force)) if force[k] > loop.scene.rig.tension.pre_tension]
+    pressed = [k for k in range(1, len(force)) if force[k] > 0.5 * loop.scene.rig.tension.pre_tension]
     assert pressed
     for k in pressed:
         rim = -recording.wheel_rate[-50:, k].mean() * (wheels.radius[k] + wheels.half_thickness)

@@ -275,8 +275,8 @@ def test_a_changed_loop_is_driven_on(loop):
     [
         ({"ring_radius": 0.303}, "ring_radius = 0.303: cannot change in a loop"),
         ({"chain": "single_pin"}, "chain = 'single_pin': cannot change in a loop"),
-        ({"space": "spatial"}, "a loop keeps bodies, plane and joints"),
-        ({"tension": "sprung"}, "a loop keeps bodies, plane and joints"),
+        ({"space": "spatial"}, "a loop keeps bodies and joints"),
+        ({"tension": "sprung"}, "a loop keeps bodies and joints"),
         ({"step": 3e-5}, "step = 3e-05:"),
     ],
 )

@@ -34,9 +34,7 @@ def held_for(study: pd.DataFrame, rule: RingRule, rig: Rig) -> str:
     drag = (rows["motor_power_w"] / speed - rows["load_n"]).dropna()
     beside = f"its own drag, {_span(drag)} N" if len(drag) else "its own drag"
     if loads == [0.0]:
-        return (
-            f"this holds for a track that pulls nothing: the motor overcomes {beside} (with --load 3kN, a load of 3 kN)"
-        )
+        return f"this holds for a track that pulls nothing: the motor overcomes {beside}"
     return f"this holds for loads of {listed([f'{load:g}' for load in loads])} N on the chain, beside {beside}"
 
 

@@ -537,7 +537,9 @@ def of_rings() -> pd.DataFrame:
 
 
 def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_friction():
-    follows, free, radius = learned_sentences(of_tracks())
+    follows, free, brief = learned_sentences(of_tracks())
+    radius = ring_sentences(of_tracks()["rings"])
+    assert radius.startswith(brief) and brief.endswith("have one pitch.")
     assert follows.startswith(
         "Of 4 tracks sampled from assumed ranges 2 mesh as printed. 1 sentence holds on nine of ten of these: no. 14 "
         "(Ring: it bears most) on 100 % (22 to 100). Brackets have"
