@@ -157,6 +157,14 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
     assert len(printed) == 3 and [line for line in printed if " ".join(line.split()) not in said] == []
 
 
+def test_the_readme_is_short_and_has_its_first_command_and_the_finding_early():
+    lines = text_of(ROOT / "README.md").splitlines()
+    assert len(lines) <= 80
+    before = " ".join(lines[: next(k for k, line in enumerate(lines) if line.startswith("```sh"))])
+    assert len(before.split()) <= 220
+    assert any("decides conclusion 3" in line for line in lines[:40])
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
 def test_relative_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):

@@ -59,3 +59,6 @@ def test_sentences_have_the_counts(table):
     words = " ".join(finding_sentences(table))
     assert "at 115 rpm on 2 and 20 of 20 tracks" in words and "10 and 1500 mm/s" in words and "on 20 and 2, " in words
     assert "At 210 rpm, run on 20 of them: 1 and 20 and on 20 and 1." in words
+    brief = " ".join(finding_sentences(table, brief=True))
+    assert "at 115 rpm on 2 to 20 of 20 tracks" in brief and "of 10 to 1500 mm/s" in brief
+    assert "on 20 to 2, for a shear stiffness of 10 to 600 kN/m" in brief and "210 rpm" not in brief

@@ -113,9 +113,20 @@ def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
     eq10, dahl = (of_law(counts, law, rpm) for law in OWN)
     tracks = int(dahl["tracks"].max())
     sentences.append(
-        "**The tangential force of the ring decides conclusion 3 of the paper**: with rings from 0.305 m on, no right "
-        "arc touches a tooth."
+        "**The tangential force of the ring decides conclusion 3 of the paper**: with rings from 0.305 m on, the right "
+        "arc of a connector, on the trailing flank, touches no tooth."
     )
+    if brief:
+        (first, last), (soft, stiff) = (
+            (rows["conclusion_3"].iloc[0], rows["conclusion_3"].iloc[-1]) for rows in (eq10, dahl)
+        )
+        slow, fast, low, high = 1e3 * eq10.index[0], 1e3 * eq10.index[-1], 1e-3 * dahl.index[0], 1e-3 * dahl.index[-1]
+        sentences.append(
+            f"With Eq. 10 it holds at {rpm:g} rpm on {first:g} to {last:g} of {tracks} tracks that mesh as printed, "
+            f"for a transition velocity of {slow:g} to {fast:g} mm/s; with Dahl's law, which has no velocity, on "
+            f"{soft:g} to {stiff:g}, for a shear stiffness of {low:g} to {high:g} kN/m a link. Nothing else differs."
+        )
+        return [*sentences, _limit_sentence(table)]
     sentences.append(
         f"With Eq. 10 it holds at {rpm:g} rpm on {_listed(eq10['conclusion_3'])} of {tracks} tracks that mesh as "
         f"printed, for a transition velocity of {_listed(1e3 * eq10.index)} mm/s."
@@ -124,23 +135,26 @@ def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
         f"With Dahl's law, which has no velocity, it holds on {_listed(dahl['conclusion_3'])}, for a shear stiffness "
         f"of {_listed(1e-3 * dahl.index)} kN/m a link. Nothing else differs; the friction coefficient is {FRICTION:g}."
     )
-    for other in () if brief else others:
+    for other in others:
         both = [of_law(counts, law, other) for law in OWN]
         words = " and on ".join(_listed(rows["conclusion_3"]) for rows in both if len(rows))
         sentences.append(f"At {other:g} rpm, run on {max(rows['tracks'].max() for rows in both):.0f} of them: {words}.")
-    edge, known = limit(table), open_runs(table)
-    right = ((known["mobilised_friction"] < edge) == (known["conclusion_3"] == 1)).mean()
-    sentences.append(
-        f"Where a track can show it, it does with either law if the tangential force of the ring stays below "
-        f"{edge:.2g} of its normal force, and not above, in {100 * right:.0f} % of the runs."
-    )
-    if brief:
-        return sentences
+    sentences.append(_limit_sentence(table))
     sentences.append(
         f"The plateau of the left arc (sentence 21) comes and goes with it: on {_listed(eq10['plateau'])} and on "
         f"{_listed(dahl['plateau'])} of the tracks."
     )
     return sentences
+
+
+def _limit_sentence(table: pd.DataFrame) -> str:
+    """Word the mobilised friction that separates the tracks."""
+    edge, known = limit(table), open_runs(table)
+    right = ((known["mobilised_friction"] < edge) == (known["conclusion_3"] == 1)).mean()
+    return (
+        "Where a track can show it, it does with either law if the tangential force of the ring stays below "
+        f"{edge:.2g} of its normal force, and not above, in {100 * right:.0f} % of the runs."
+    )
 
 
 def check_sentences(table: pd.DataFrame) -> list[str]:

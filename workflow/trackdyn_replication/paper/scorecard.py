@@ -29,25 +29,6 @@ from trackdyn_replication.paper.tracks import (
 RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS = "C26a", "C26c", "C26d"
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
-SHORT = {  # parts of claims in a few words, in the order of a summary
-    "C06a": "RMS of the acceleration, by speed (g)",
-    "C08": "amplitude of the dominant peak, by speed (g)",
-    "C15": "no ring: areas that the arcs touch",
-    "C27a": "no ring: contact duration of the left arc (% of a turn)",
-    "C27b": "no ring: contact duration of the right arc (% of a turn)",
-    "C17a": "ring: first touch of the left arc (s after that of the link)",
-    "C28b": "ring: contact duration of the left arc (% of a turn)",
-    "C20a": "ring: its force over that of both arcs",
-    "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
-    "C24a": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
-    "C26a": "recommended radius by our rule (m)",
-}
-IN_WORDS = {  # words of the paper, which prints no number
-    "C06a": "grows",
-    "C20a": "mainly the ring",
-    "C23a": "no contact",
-    "C24a": "practically none",
-}
 
 
 def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
@@ -94,9 +75,20 @@ def other_numbers(numbers: pd.DataFrame) -> str:
 
 def missed_numbers(numbers: pd.DataFrame) -> str:
     """Return the independent printed numbers that are not met, with their values here and as printed."""
-    missed = numbers[(numbers["group"] == INDEPENDENT) & ~numbers["met"]].astype(object).fillna("").itertuples()
-    texts = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit}".rstrip(" 1") + ")" for row in missed]
-    return ", ".join(texts) or "none"
+    missed = numbers[(numbers["group"] == INDEPENDENT) & ~numbers["met"].astype(bool)]
+    texts = []
+    for row in missed.astype(object).fillna("").itertuples():
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        texts.append(f"{row.claim} ({_span(str(row.measured))}, printed {row.printed}{unit})")
+    return "; ".join(texts) or "none"
+
+
+def _span(text: str) -> str:
+    """Round numbers to three digits; word ranges of several speeds as one, from the smallest number to the largest."""
+    if ";" not in text:
+        return _rounded(text)
+    numbers = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", text)]
+    return _rounded(f"{min(numbers)} to {max(numbers)}")
 
 
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
@@ -144,6 +136,22 @@ def conclusions(judged: pd.DataFrame) -> str:
         if set(rows["verdict"]) == {MET}
     ]
     return listed(words) or "none"
+
+
+def conclusion_table(judged: pd.DataFrame, grips: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate the sentences of the paper's conclusions on the ring, a row each.
+
+    Columns are the marks (`MARKS`) of the ``judged`` rig and of one whose ring ``grips`` (`sentence_verdicts`), and the
+    shares of sampled ``tracks`` (``plausible_sentences.csv``) that show it, of those that mesh as printed and of all.
+    """
+    gripping, shares, rows = grips.set_index("number")["verdict"], track_rows(tracks), []
+    for number, sentences in _conclusions(judged):
+        for row in sentences.itertuples():
+            words = f"{number}. {row.sentence.partition(': ')[2]}"
+            marks = MARKS[row.verdict], MARKS[gripping.get(row.number, NOT_COMPARABLE)]
+            rows.append([words, *marks, *percents(shares, str(row.number))])
+    heads = ["conclusion on the ring", f"rig {judged['rig'].iloc[0]}", "rig whose ring grips"]
+    return pd.DataFrame(rows, columns=[*heads, "% of tracks that mesh as printed", "% of all tracks"])
 
 
 def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
@@ -284,16 +292,6 @@ def _statement(row: Mapping) -> dict:
         "verdict": row["verdict"],
         "why": " ".join(filter(None, why)),
     }
-
-
-def statements(card: pd.DataFrame) -> pd.DataFrame:
-    """Return some statements as text: the printed value, and that of the rig with a mark (``MARKS``)."""
-    rows, by_name = [], {row["name"]: row for row in _records(card)}
-    for name in (name for name in SHORT if name in by_name):
-        row, printed = _statement(by_name[name]), IN_WORDS.get(name, str(by_name[name]["printed"]))
-        measured = f"{row['measured']} {MARKS[row['verdict']]}".strip()
-        rows.append([SHORT[name], printed, measured, row["difference"]])
-    return pd.DataFrame(rows, columns=["statement", "printed", f"rig {card['rig'].iloc[0]}", "difference"])
 
 
 def _difference(printed: str, measured: str) -> str:

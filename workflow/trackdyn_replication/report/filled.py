@@ -12,21 +12,21 @@ from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
-from trackdyn_replication.paper.claims import MET, NO_TEST
+from trackdyn_replication.paper.claims import NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
 from trackdyn_replication.paper.finding import finding_sentences, ran
 from trackdyn_replication.paper.scorecard import (
     MARKS,
+    conclusion_table,
     missed_numbers,
     other_numbers,
     outside_sentence,
-    statements,
     verdict_line,
 )
 from trackdyn_replication.paper.tracks import (
     FOLDER,
-    FREE,
     RINGS,
+    RUBBER,
     creep_slope,
     learned_sentences,
     mobilised,
@@ -80,9 +80,9 @@ def blocks(template: Path, **values) -> list[str]:
 
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
-    """Render the blocks of the README: verdict, lessons, statements, costs of an answer; tables as in `README`."""
-    study, card, judged, numbers, grips, parameters, promises, near, *tracks = tables
-    rig, learned = card["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
+    """Render the blocks of the README: verdict, conclusions, lessons, costs of an answer; tables as in `README`."""
+    study, judged, numbers, grips, parameters, promises, near, *tracks = tables
+    rig, learned = judged["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
     return blocks(
         Path(__file__).with_name("readme.md.j2"),
         finding=" ".join(finding_sentences(ran(study), brief=True)),
@@ -93,9 +93,9 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
         fitted=int((parameters["kind"] == "fitted").sum()),
         mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
         near=neighbours_free(near),
-        free=(grips.loc[grips["number"] == int(FREE), "verdict"] == MET).all(),
+        slips=creep_slope(parameters) < RUBBER[0],
+        conclusions=_markdown(conclusion_table(judged, grips, learned["sentences"])),
         learned="\n\n".join(learned_sentences(learned)),
-        statements=_markdown(statements(card)),
         marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
         outside=outside_sentence(parameters, rig, learned["mobilised"]),
         trade=trade_sentence(promises),
@@ -191,7 +191,7 @@ def stored(source: str) -> Path:
 
 TRACK_TABLES = ("sentences", "map", "draws", "mobilised", "rings")  # of `learned_sentences`
 README = (
-    GRIP, "claims.csv", "sentences.csv", "printed_numbers.csv", f"{FOLDER}/grips_sentences.csv", "parameters.csv",
+    GRIP, "sentences.csv", "printed_numbers.csv", f"{FOLDER}/grips_sentences.csv", "parameters.csv",
     "planner.csv",
     *(f"{FOLDER}/plausible_{name}.csv" for name in ("near", *TRACK_TABLES[:-1])), RINGS,
 )  # fmt: skip
