@@ -94,24 +94,18 @@ def scenes(config: PlausibleConfig) -> list[list]:
     return [[rpm, ring, (rpm, ring) in detailed] for rpm, ring in runs]
 
 
-def tooth_scenes(config: PlausibleConfig) -> list[list]:
-    """Return the scenes in which tooth profiles are compared: every speed, without a ring and with the paper's."""
-    return [[rpm, ring, True] for rpm in config.radii_m for ring in (None, config.ring_radius_m)]
-
-
 def run_rigs(
     config: PlausibleConfig,
     rigs: Sequence[Rig | None],
     rig_scenes: list[list],
     jobs: int,
     store: Path | str,
-    laws: Mapping[str, str] | None = None,
 ) -> list[dict]:
     """Return the rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
 
-    ``laws`` are choices in place of those of the configuration. None in place of a rig gives a refused row.
+    None in place of a rig gives a refused row.
     """
-    content = {"scenes": rig_scenes, "fields": config.scene | dict(laws or {}), "row": config.row.model_dump()}
+    content = {"scenes": rig_scenes, "fields": config.scene, "row": config.row.model_dump()}
     tasks = [None if rig is None else content | {"rig": rig.model_dump()} for rig in rigs]
     keys = ["" if task is None else key_of(task, SOURCES) for task in tasks]
     requested = {key: task for key, task in zip(keys, tasks, strict=True) if task is not None}

@@ -137,7 +137,6 @@ class PlausibleConfig(Section):
     seed: int
     default_draw: Annotated[int, Field(ge=0)]
     engaged: Engaged
-    tooth_detail: Count
     follows: Positive
     near: Near
     search: Search
@@ -167,7 +166,7 @@ class PlausibleConfig(Section):
         radii = {rpm: sorted({*rings[:2], self.ring_radius_m}) for rpm, rings in self.grip.radii_m.items()}
         grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii, "runs": self.grip.runs[:1]})
         rings = self.rings.model_copy(update={"tracks": 1, "runs": self.rings.runs[:1]})
-        few = {"tooth_detail": 1, "near": near, "grip": grip, "rings": rings}
+        few = {"near": near, "grip": grip, "rings": rings}
         return self.model_copy(update=self.short.model_dump() | few)
 
     def drawn_unknowns(self) -> Unknowns:

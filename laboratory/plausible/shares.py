@@ -1,14 +1,13 @@
 """Shares of tracks that show a sentence, maps of them, and values that separate them from the others."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 from scipy.stats import binomtest, rankdata
 
 from laboratory.plausible.draws import EQUAL_PITCH
-from laboratory.plausible.rows import scene_name
 from laboratory.plausible.settings import PlausibleConfig
 from trackdyn.sweeps.engine import DONE
 
@@ -106,18 +105,3 @@ def separating_values(
                 ends = (medians.at[1.0, value], medians.at[0.0, value])
                 rows.append([name, value, observed[i, j], chance[i, j], *ends])
     return pd.DataFrame(rows, columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
-
-
-def tooth_detail(
-    rows: Iterable[tuple[int, dict]], speeds: Iterable[float], rings: Iterable[float | None]
-) -> pd.DataFrame:
-    """Return the change of the RMS of the acceleration (g) by three surfaces in place of ten arcs.
-
-    ``rows`` are draws with the `rows.Values` of their rigs by profile: ``ten_arcs``, ``three_surfaces``.
-    """
-    table = []
-    for (draw, values), ring, rpm in product(rows, rings, speeds):
-        ten, three = (values[name][scene_name(rpm, ring)]["rms_g"] for name in ("ten_arcs", "three_surfaces"))
-        table.append([draw, ring, rpm, ten, three, 100 * (three / ten - 1)])
-    columns = ["draw", "ring_radius_m", "rpm", "ten_arcs_g", "three_surfaces_g", "change_pct"]
-    return pd.DataFrame(table, columns=columns)

@@ -6,18 +6,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from laboratory.plausible.draws import drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
+from laboratory.plausible.draws import drawn_rigs, neighbours, run_rigs, scenes
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
-from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, tooth_detail, with_creep
+from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, with_creep
 from laboratory.plausible.verdicts import judge_rig, judge_rows
 from trackdyn.inputs.files import write_csv
-from trackdyn.sweeps.engine import DONE
 from trackdyn_replication.paper.claims import Claim, load_claims, load_sentences
 
 # decided by kinematics and by the wheels, whose places no draw changes
 SET_BY_WHEELS = ("C07", "C08")
 VELOCITY = "ring_contact.transition_velocity"
-PROFILES = ("ten_arcs", "three_surfaces")
 
 
 def judged_claims(path: Path | str) -> list[Claim]:
@@ -52,23 +50,6 @@ def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path 
     return judge_rows(config, drawn, rows, judged_claims(path), load_sentences(path))
 
 
-def run_tooth_detail(config: PlausibleConfig, judged: pd.DataFrame, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the first tracks that meet the printed engagement with both tooth profiles, from one start.
-
-    ``judged`` are the draws (`run_draws`), whose ``jobs`` and ``store`` are those of `run_draws`.
-    """
-    engaged = set(judged.loc[judged["engaged"] == 1, "draw"][: config.tooth_detail]) if "engaged" in judged else set()
-    drawn = [track for track in drawn_rigs(config) if track.draw in engaged]
-    rigs, execution = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
-    rows = [run_rigs(config.with_one_start, rigs, *execution, {"tooth_contact": profile}) for profile in PROFILES]
-    pairs = [
-        (track.draw, {profile: row["values"]["starts"][0] for profile, row in zip(PROFILES, pair, strict=True)})
-        for track, *pair in zip(drawn, *rows, strict=True)
-        if all(row["state"] == DONE for row in pair)
-    ]
-    return tooth_detail(pairs, config.radii_m, (None, config.ring_radius_m))
-
-
 def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number.
 
@@ -89,8 +70,6 @@ def main(job) -> None:
     config, path = load_plausible(job.input.config), job.input.claims
     config = config.shortened() if job.params.short else config
     execution = (job.threads, job.params.store)
-    judged = run_draws(config, path, *execution)
-    results = tables(config, judged, path)
-    results |= {"tooth": run_tooth_detail(config, judged, *execution), "near": run_neighbours(config, path, *execution)}
-    for name, table in results.items():
+    results = tables(config, run_draws(config, path, *execution), path)
+    for name, table in (results | {"near": run_neighbours(config, path, *execution)}).items():
         write_csv(job.output[name], table)

@@ -1,10 +1,10 @@
 # Which sentences of the paper follow from the model (docs/answer.md). Rows are kept as they come, so that a study that is killed goes on.
 
-PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "tooth", "near")
+PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "near")
 
 
 rule plausible_tables:
-    """Tracks sampled from assumed ranges, run and judged; tooth profiles; neighbours of the default rig."""
+    """Tracks sampled from assumed ranges, run and judged; neighbours of the default rig."""
     input:
         config="config/plausible.yaml",
         claims="config/claims.yaml",
@@ -122,12 +122,3 @@ rule plausible:
     input:
         full(rules.plausible_tables),
         full(rules.plausible_figure),
-
-
-rule coverage:
-    """Coverage of the intervals of two and of four turns, windows in a row of one run on three rigs (some minutes)."""
-    input:
-        kernels=KERNELS,
-    output: f"{L}/coverage.csv"
-    log: f"{L}/logs/coverage.log"
-    script: "../plausible/intervals.py"

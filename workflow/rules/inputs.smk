@@ -6,7 +6,7 @@ def below_root(path):
     return str(Path(path)).removeprefix(f"{ROOT}/")
 
 
-TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "tooth", "near")
+TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "near")
 PLAUSIBLE = {name: f"data/plausible/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
 TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
 TRACKS["rings"] = "data/plausible/rings.csv"

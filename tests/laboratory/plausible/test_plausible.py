@@ -18,7 +18,6 @@ from laboratory.plausible.shares import (
     separating_values,
     share_map,
     shares,
-    tooth_detail,
 )
 from laboratory.plausible.study import judged_claims
 from laboratory.plausible.verdicts import JAMMED, judge_rig, judge_rows
@@ -115,12 +114,6 @@ def test_no_value_of_the_ring_separates_a_sentence_without_one():
     )
     assert separating_values(table, {"5": "No ring: both arcs"}, [CREEP, "mass"], 1).empty
     assert separating_values(table, {"5": "Ring: free"}, [CREEP, "mass"], 1)["value"].tolist() == [CREEP]
-
-
-def test_tooth_detail_is_the_change_from_ten_arcs_to_three_surfaces():
-    values = {"ten_arcs": {"115 none": {"rms_g": 2.0}}, "three_surfaces": {"115 none": {"rms_g": 2.1}}}
-    table = tooth_detail([(4, values)], [115], [None])
-    assert table["change_pct"].tolist() == pytest.approx([5.0]) and table["draw"].tolist() == [4]
 
 
 def test_a_track_that_cannot_be_built_stands_in_the_table_with_its_reason():
