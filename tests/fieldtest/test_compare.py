@@ -319,6 +319,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / "a.svg"), "--out", str(tmp_path / "a.csv")])
     assert run.exit_code == 0 and run.output.count("warning") == 1, run.output
     assert "% slower; compare with a run at 230 rpm" in run.output and "standard errors" in run.output
+    assert "+-: standard error (68 %), with the error of the step" in run.output
     assert b"<svg" in (tmp_path / "a.svg").read_bytes()
     table = pd.read_csv(tmp_path / "a.csv").set_index("measure")
     assert table.sensor["mean_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends

@@ -97,14 +97,14 @@ def load(recording) -> None:
 
 def measures(recording, rows: list[dict]) -> None:
     """Print the measures of a recording (`metrics.shown_measures`), and those that need a longer one."""
-    from trackdyn.measure.cells import plain, with_error
+    from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
     from trackdyn.measure.metrics import needed_lengths
 
     for row in rows:
         number, sensor = plain(with_error(row["value"], row["half_width"])), row.get("sensor")
         line(f"{number} {row['unit']}", f"{row['measure']}{f' ({sensor})' if sensor else ''}")
     if any(row["half_width"] for row in rows):
-        line("+-", "half of the 95 % interval, with the error of the step")
+        line("+-", HALF_WIDTH)
     for name, seconds in needed_lengths(recording).items():
         line("left out", f"{name} need a record of {seconds:.3g} s or more")
 
@@ -126,10 +126,11 @@ def plan(plan) -> None:
 def answer(answer) -> None:
     """Print the measures of a run that ends by their tolerances (`planner.StopResult`)."""
     from trackdyn.measure.catalogue import NAMED
-    from trackdyn.measure.cells import plain, with_error
+    from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
 
     for name, estimate in answer.measures.items():
         message = "converged" if answer.reached[name] else "tolerance not reached"
         line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {NAMED[name].text_unit}  {message}")
+    line("+-", HALF_WIDTH)
     recorded = len(answer.recording.time) / answer.recording.rate
     line("left out, recorded (s)", f"{answer.transient:.3g}, {recorded:.4g}")

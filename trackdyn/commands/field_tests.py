@@ -153,7 +153,7 @@ def _compare(recording, record, path: str):
     import pandas as pd
 
     from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words
-    from trackdyn.measure.cells import cell, plain, with_error
+    from trackdyn.measure.cells import STANDARD_ERROR, cell, plain, with_error
 
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
@@ -164,7 +164,7 @@ def _compare(recording, record, path: str):
         compared = cell(row.difference_pct), cell(row.standard_errors), cell(row.clear_from, 2)
         rows.append([row.measure, simulated, with_error(row.sensor, row.sensor_error), *compared])
     display = pd.DataFrame(rows, columns=[name for name in table if not name.endswith("_error")])
-    typer.echo(f"\n{plain(display.to_string(index=False))}\n\n{in_words(table)}")
+    typer.echo(f"\n{plain(display.to_string(index=False))}\n+-: {STANDARD_ERROR}\n\n{in_words(table)}")
     no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"

@@ -166,7 +166,8 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
     guessed, other = "taken for" in source, ", or give the rate if it is another, `time: none, rate: HZ`"
-    turns = f"{own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}{f' at {source}' * guessed}"
+    scatter = f" (standard error {error:.2g})" if error else ""
+    turns = f"{own_hz:.4g} times per second{scatter}{f' at {source}' * guessed}"
     return (
         f"{record.path}: its loop turns {turns}, the simulated one {hz:.4g} times at {rpm:g} rpm, "
         f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; compare with a run at "

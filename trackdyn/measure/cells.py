@@ -40,6 +40,11 @@ def plain(text: str) -> str:
     return text.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-").replace("\N{EN DASH}", "-")
 
 
+# errors behind a +-, in every output
+HALF_WIDTH = "half of the 95 % interval, with the error of the step"
+STANDARD_ERROR = "standard error (68 %), with the error of the step"
+
+
 def with_error(value: float | None, error: float | None) -> str:
     """Format a value to the decimals of its error, which has two digits, up to eight: 44.2511 ± 0.0013."""
     if value is None or error is None or not error > ROUNDING * abs(value):

@@ -96,8 +96,9 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
         error = row["tooth_ratio_error"]
         value, errors = plain(with_error(row["tooth_ratio"], error)), (rule.tooth_force - row["tooth_ratio"]) / error
         sentences.append(
-            f"this is not decided: at {condition_name(row)} the force is {value} {WITHOUT}, {errors:.2g} of its errors "
-            f"below the bound, and {DECIDED:g} decide; a smaller step does, or a ring of {_radius(decided)}"
+            f"this is not decided: at {condition_name(row)} the force is {value} (standard error) {WITHOUT}, "
+            f"{errors:.2g} of its errors below the bound, and {DECIDED:g} decide; a smaller step does, or a ring of "
+            f"{_radius(decided)}"
             if errors < DECIDED
             else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
         )

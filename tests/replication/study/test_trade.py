@@ -114,7 +114,8 @@ def test_the_default_step_of_an_included_rig_is_judged_by_its_halves_and_written
     assert 0.02 < largest <= peaks <= 1.1 * largest  # rounded up, of the tightest ring
     assert (table.loc["(left|right|ring)_share_pct"] == 0).all()
     text = default_step.default_step_text(rows)
-    assert "with a ring, at 115 rpm have errors of at most: RMS 2 +- " in text and "without a ring, at 115 rpm" in text
+    assert "with a ring, at 115 rpm have errors (+- standard error) of at most: RMS 2 +- " in text
+    assert "without a ring, at 115 rpm" in text
 
 
 def test_one_picture_has_one_scene():

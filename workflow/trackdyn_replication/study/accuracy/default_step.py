@@ -128,8 +128,8 @@ def _worst(rows: pd.DataFrame, rings: str) -> str:
             parts.append(f"{words} {size} ({row['rig']}, {ring}{row['rpm']:g} rpm)")
     speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
     return (
-        f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm have errors of at "
-        f"most: {', '.join(parts)}."
+        f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm have errors (+- "
+        f"standard error) of at most: {', '.join(parts)}."
     )
 
 
