@@ -1,10 +1,12 @@
 """The study of accuracy against cost on made-up runs whose limits, errors and scatter are known."""
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Text
 
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series
@@ -129,3 +131,14 @@ def test_one_picture_has_one_scene():
     assert "ring 0.306 m 195 rpm" in below.get_title("left")
     here = answers(rows[rows["scene"] == scene])["cpu_s"].tolist()
     assert {x for line in axis.lines for x in line.get_xdata()} <= set(here)
+
+
+def test_names_in_the_picture_lie_on_no_other_and_within_their_panel():
+    measured = Path(__file__).parents[3] / "docs" / "measured"
+    figure = trade_figure(pd.read_csv(measured / "trade.csv"), pd.read_csv(measured / "planner.csv"))
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        panel = axis.get_window_extent()
+        boxes = [Text.get_window_extent(text) for text in axis.texts if text.get_visible()]
+        assert boxes and all(panel.x0 < box.x0 and box.x1 < panel.x1 for box in boxes)
+        assert not any(first.overlaps(second) for first, second in combinations(boxes, 2))

@@ -58,7 +58,7 @@ def compare_codes(
 
     ``readings`` are interpretations of the printed speed. Table 2 is made with the first one, recorded for
     ``duration_s`` after the ramp; another one takes a turn of the loop. The smallest step of a code is its reference;
-    the largest step whose error is below ``accuracy_pct`` of the range is chosen.
+    the largest step whose error is below ``accuracy_pct`` of the range is chosen, the smallest without any.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], flo
     good = [row["step_s"] for row in rows if row["error_pct"] < accuracy_pct]
     chosen = max(good, default=finest)
     for row in rows:
-        row["chosen"] = "yes" if row["step_s"] == chosen else ""
+        row["chosen"] = "yes" if good and row["step_s"] == chosen else ""  # the finest run has no known error
         row["printed_in_the_paper"] = "lost"
     return rows, chosen
 

@@ -118,10 +118,9 @@ def _draw_planned(axis: Axes, promises: pd.DataFrame) -> None:
         for row in rows.itertuples():
             seconds = row.cpu_s + row.trial_cpu_s
             axis.plot(seconds, tolerances.index(row.tolerance), mark, color=colour, ms=6)
-            note, side = f"{1e3 * row.step_s:g} ms", 1 if measure == "left_peak" else -1  # the dearer measure
-            near = {"xytext": (7 * side, 0), "ha": "left" if side > 0 else "right", "va": "center", "fontsize": SMALL}
-            at = seconds, tolerances.index(row.tolerance)
-            axis.annotate(note, at, textcoords="offset points", color=colour, **near)
+            lift = 9 if measure == "rms" else -9  # names of one tolerance lie on both sides of its line
+            at, near = (seconds, tolerances.index(row.tolerance)), {"ha": "center", "va": "center", "fontsize": SMALL}
+            axis.annotate(f"{1e3 * row.step_s:g} ms", at, (0, lift), textcoords="offset points", color=colour, **near)
     axis.set_yticks(range(len(tolerances)), [f"{100 * tolerance:g} %" for tolerance in tolerances])
     axis.margins(y=0.25)
     axis.set_ylabel("tolerance")
