@@ -156,7 +156,7 @@ def test_contributing_shows_the_imports_of_today():
 
 
 def test_no_script_hides_a_package():
-    """A script's folder is first on the path: a module beside it comes before what is installed, for all who import."""
+    """Test that no module next to a script has the name of an installed package: the script's folder comes first."""
     scripts = [path for folder in ("benchmarks", "docs", "laboratory", "tests", "trackdyn", "workflow")
                for path in (ROOT / folder).rglob("*.py")
                if '__name__ == "__main__"' in path.read_text(encoding="utf-8")]  # fmt: skip

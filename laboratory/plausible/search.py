@@ -22,7 +22,7 @@ from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import evidence
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.sweeps.engine import DONE
-from trackdyn_replication.paper.claims import MET, judge_all, load_claims, load_sentences, printed_numbers
+from trackdyn_replication.paper.claims import INDEPENDENT, MET, judge_all, load_claims, load_sentences, printed_numbers
 from trackdyn_replication.paper.scorecard import sentence_verdicts
 
 INSIDE = 0.001, 0.999  # of the ranges
@@ -31,21 +31,20 @@ REACH = (0.25, 0.5, 1.0, 2.0)  # of the largest move: steps of an iteration, run
 MOVE_COST = 0.02  # of a move by a whole range, so that a value that helps nothing stays
 LEAST_REACH = 0.005  # of a range, at which a search ends
 WORTH = 0.1  # of the gain by the linear model, below which the reach is halved
-SEARCHED, INDEPENDENT = "linear programs", "independent"
+SEARCHED = "linear programs"
 
 
 def searched_unknowns(config: PlausibleConfig, name: str) -> Unknowns:
-    """Unknowns of a draw, some in other ranges, but for those that the search sets."""
+    """Return the unknowns of a search: those of the sample without the fields that it sets, and its own."""
     search = config.search.searches[name]
     own = {unknown.label: unknown for unknown in search.unknowns}
     drawn = [own.pop(unknown.label, unknown) for unknown in config.unknowns if unknown.label not in search.fields]
-    return Unknowns([*drawn, *own.values()], load_rig(config.rig).changed(**search.fields), file_ranges(config.rig))
+    rig = load_rig(config.near.rig).changed(**search.fields)
+    return Unknowns([*drawn, *own.values()], rig, file_ranges(config.rig))
 
 
 class Outcome(NamedTuple):
-    """What a rig gave: residuals (`distances.residuals`), independent printed numbers that it meets, sentences that it
-    shows.
-    """
+    """Residuals of a rig (`distances.residuals`), and counts of independent printed numbers met and sentences shown."""
 
     residuals: dict[str, float]
     numbers: int
@@ -175,13 +174,11 @@ def _jacobian(x: np.ndarray, residual: Mapping, sides: Sequence[np.ndarray], out
     """Return differences of the residuals over every coordinate, to one side where the other one does not run."""
     n, slopes = len(x), []
     for i in range(n):
-        ends = [
-            (point[i], _sizes(outcome))
-            for point, outcome in ((sides[i], outcomes[i]), (sides[n + i], outcomes[n + i]), (x, residual))
-            if outcome is not None
-        ][:2]
-        (above, of_above), (below, of_below) = ends if len(ends) == 2 else (ends[0], (ends[0][0] - 1.0, ends[0][1]))
-        slopes.append((of_above - of_below) / (above - below))
+        near = [(x, residual), (sides[i], outcomes[i]), (sides[n + i], outcomes[n + i])]
+        ran = [(point[i], _sizes(outcome)) for point, outcome in near if outcome is not None]
+        (first, of_first), (last, of_last) = ran[max(len(ran) - 2, 0)], ran[-1]
+        # zero where neither side runs: that coordinate stays
+        slopes.append((of_last - of_first) / (last - first if last != first else 1.0))
     return np.column_stack(slopes)
 
 

@@ -47,7 +47,7 @@ HEAD = """about: "{about}"
 
 
 def rig_text(template: str, entries: Mapping[str, dict], about: str, command: str = COMMAND) -> str:
-    """Text of the file of a rig: that of another one, the ``template``, with some entries exchanged.
+    """Return the text of a rig's file: that of another rig, the ``template``, with some entries exchanged.
 
     In the template every entry is a line, and the range stands behind ``range:`` in its source. ``entries`` are
     ``value``, ``low``, ``high``, ``kind`` and ``source`` by ``section.field``, ``about`` says what the rig is,
@@ -95,7 +95,7 @@ def rig_entries(
 
 
 def _least_tension(rig: Rig, low: float) -> float:
-    """Tension (N) from ``low`` on, in steps of 2 %, under which the chain of a rig can stand."""
+    """Return the least tension (N) from ``low`` on, in steps of 2 %, under which the chain of a rig settles."""
     while low < rig.tension.pre_tension:
         try:
             settle(Scene(rig.changed(tension__pre_tension=low), motor_rpm=PITCH_PASSING_RPM))
@@ -111,7 +111,7 @@ def default_rig(config: PlausibleConfig) -> str:
     unknowns, ranges = searched_unknowns(config, "slips"), file_ranges(config.rig)
     source = f"draw {config.default_draw} of the sample, fitted to nothing (docs/answer.md)"
     entries = rig_entries(config, unknowns, values, source, "assumed") | _set_fields(config, "slips", ranges)
-    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, DEFAULT, "default_rig")
+    return rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, DEFAULT, "default_rig")
 
 
 def _set_fields(config: PlausibleConfig, name: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, dict]:
@@ -143,7 +143,7 @@ def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     entries = rig_entries(config, unknowns, best, source, "assumed" if drawn else "fitted") | _set_fields(
         config, name, ranges
     )
-    text = rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
+    text = rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
     for field, value in searched.fields.items():
         if isinstance(value, str):
             text = with_choice(text, field, value, SET)

@@ -22,9 +22,11 @@ class Beginning(Section):
 
 
 class Row(Section):
-    """How a rig is run: steps (s) that are tried one after the other until every scene runs; starts, whose waits take
-    steps so many times coarser, of the linearly implicit method; further wait (s) as the record; method and pitch
-    passages of the record.
+    """Settings of the runs of a rig.
+
+    Steps (s) are tried in order until every scene runs. The wait of a start takes steps ``coarser`` times as long, by
+    the linearly implicit method; the last ``last_s`` seconds of it run as the record does, by ``integrator``. A record
+    has ``passages`` pitch passages.
     """
 
     steps_s: Numbers
@@ -36,7 +38,7 @@ class Row(Section):
 
 
 class Near(Section):
-    """Neighbours of a rig: how many, by what share of themselves their values are moved, and equal pitch (m)."""
+    """Neighbours of a rig: their number, the share by which values move, and the move of the equal pitch (m)."""
 
     rig: str
     rigs: Count
@@ -52,9 +54,7 @@ class Engaged(Section):
 
 
 class Start(Section):
-    """A searched rig: what the search sets (``fields`` of the rig), its own ``unknowns``, and their ``values`` at the
-    start by unknown, where the draws have none.
-    """
+    """A search: ``fields`` of the rig that it sets, its own ``unknowns``, and their start ``values`` by unknown."""
 
     fields: dict[str, float | str]
     unknowns: list[Unknown]

@@ -90,7 +90,7 @@ rule default_rig:
     """File of the default rig, a draw of the sample (some seconds)."""
     input:
         config="config/plausible.yaml",
-        rig=load_plausible("config/plausible.yaml").rig,
+        rigs=load_plausible("config/plausible.yaml").rigs,
     output: f"{L}/rigs/paper.yaml"
     log: f"{L}/logs/default_rig.log"
     script: "../plausible/searched_rigs.py"

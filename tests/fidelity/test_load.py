@@ -105,7 +105,7 @@ def test_every_method_brakes(bench, method):
 
 
 def test_no_load_changes_no_byte(bench):
-    """Neither a load of 0 nor one of the rig that the scene leaves out; what is settled is settled without it."""
+    """A load of 0 and the load of a rig that the scene sets to 0 are no load; the loop settles before the load acts."""
     loops = [
         Loop(scene_of(of_rig, **LAWS, **fields))
         for of_rig, fields in ((bench, {}), (bench, {"load": 0.0}), (bench.changed(load=LOAD), {"load": 0.0}))

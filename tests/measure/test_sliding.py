@@ -9,7 +9,7 @@ from trackdyn.measure.metrics import run_metrics
 from trackdyn.model.arrays import ENERGY_NAMES, FLANK, RING, components
 from trackdyn.simulation.simulate import simulate
 
-RIG = load_rig("paper")
+RIG = load_rig("bench")
 FRICTION = ("tooth_friction", "ring_friction", "wheel_friction")
 
 
@@ -25,7 +25,7 @@ def coulomb(law, slip):
 def test_it_is_normal_force_times_friction_times_slip():
     """Summed from the contact list at both ends of every step; a step of 1e-5 s leaves 1 % to the path in between."""
     loop = Loop(Scene(RIG, 115, 0.305, ramp=0.5, step=1e-5))
-    loop.advance(1.1)
+    loop.advance(1.0)
     wheels, power, steps = loop.model.wheels, np.zeros(3), 1500
     before = loop.energy
     for k in range(steps + 1):
@@ -45,16 +45,16 @@ def test_it_is_normal_force_times_friction_times_slip():
     np.testing.assert_allclose(change, 1e-5 * power, rtol=0.01, atol=1e-3 * max(change))
 
 
-@pytest.mark.parametrize("integrator", ["semi_implicit", "rk4"])
-def test_a_turn_takes_its_share_of_the_work_of_a_record(integrator):
+@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", None), ("rk4", 5e-5)])
+def test_a_turn_takes_its_share_of_the_work_of_a_record(integrator, step):
     """Whole passages count, which leave at most two of twenty out."""
-    run = simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=4.6, integrator=integrator))
+    run = simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=4.6, integrator=integrator, step=step))
     row = run_metrics("", run)
     turns = run.seconds / run.periods.turn
     for surface, name in (("teeth", "tooth_friction"), ("ring", "ring_friction")):
         change = np.ptp(run.energy[:, ENERGY_NAMES.index(name)])
         assert row[f"{surface}_sliding_j"] == pytest.approx(change / turns, rel=0.05), surface
-        assert 0 < row[f"{surface}_sliding_error_j"] < 0.1 * row[f"{surface}_sliding_j"]
+        assert 0 < row[f"{surface}_sliding_error_j"] < 0.05 * row[f"{surface}_sliding_j"]
     power = np.ptp(run.energy[:, ENERGY_NAMES.index("sprocket_work")]) / run.seconds
     assert row["motor_power_w"] == pytest.approx(power, rel=0.05) and 0 < row["motor_power_error_w"] < 0.05 * power
 

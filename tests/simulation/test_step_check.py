@@ -189,7 +189,7 @@ def test_the_path_of_bodies_that_run_round_is_known(running, missed):
     share, exchanged = open_share(energy, model, seconds)
     assert share * exchanged == pytest.approx(-path)
     check_energy_balance(energy, model, seconds)
-    beyond = missed * LARGEST_RESIDUAL * exchanged  # little of it is what is changed here
+    beyond = missed * LARGEST_RESIDUAL * exchanged  # small in comparison with the energy exchanged
     energy[1, ENERGY_NAMES.index("sprocket_work")] = -path - beyond
     if missed < 1:
         check_energy_balance(energy, model, seconds)

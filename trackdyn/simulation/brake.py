@@ -1,4 +1,4 @@
-"""What the brake of a load does in a record: whether the wheel turns that it brakes, and how far the chain slips."""
+"""Brake of a load in a record: rates of the braked wheel, slip of the chain on it."""
 
 from math import pi
 
@@ -10,15 +10,15 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import wheel_names
 from trackdyn.scene.scene import BRAKES_FROM, Scene
 
-# Share of a load that the brake of a turning wheel holds at least: it has 99.5 % of its torque at `BRAKES_FROM`, and a
-# wheel that slows down for a moment makes up for it; one that stands holds what friction does.
+# Least share of a load that the brake of a turning wheel transmits. It has 99.5 % of its torque at `BRAKES_FROM`; the
+# rest is for moments at which the wheel slows down. A wheel at rest transmits only the friction of the chain.
 HELD = 0.95
 
 
 def braked_rates(scene: Scene, wheel_rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return rates of the braked wheel, rad/s, and those with which the chain would turn it if it did not slip.
 
-    ``wheel_rate`` is (s, w), rad/s, that of the sprocket first; samples in which the brake fades are left out.
+    ``wheel_rate`` is (s, w), rad/s, the sprocket first. Samples in which the brake fades are left out.
     """
     motor_rpm = np.abs(wheel_rate[:, SPROCKET]) * scene.rig.sprocket.transmission_ratio * 60 / (2 * pi)
     rolling = motor_rpm * scene.braked_rate
@@ -27,7 +27,7 @@ def braked_rates(scene: Scene, wheel_rate: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def check_load(scene: Scene, wheel_rate: np.ndarray) -> None:
-    """Raise `InputError` if the wheel that a load brakes stands under the chain: it pulls less than the load then."""
+    """Raise `InputError` if the chain slides over the braked wheel, which then pulls less than the load."""
     if not scene.load:
         return
     rates, rolling = braked_rates(scene, wheel_rate)

@@ -138,8 +138,8 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
         for name, states in tracks["state"].groupby(bins, observed=False)
     ]
     sentences = [
-        f"{len(tracks)} tracks, {int(tracks['engaged'].sum())} of them engaged, were run from one start with rings in "
-        f"steps of a millimetre, at 115 and 210 rpm: our rule recommends a ring on {len(chosen)}, on {listed(others)}. "
+        f"{_judged_tracks(tracks)} were run from one start with rings in steps of a millimetre, at 115 and 210 rpm: "
+        f"our rule recommends a ring on {len(chosen)}, on {listed(others)}. "
         f"On {narrow} a ring halves the force of a tooth, but not all up to a millimetre above it. "
         f"By the mobilised friction of a ring of 0.308 m there is a choice on {listed(by_friction)}."
     ]
@@ -167,6 +167,14 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
             f"and moves by a millimetre on {int(moved.between(STEP, 3 * STEP).sum())}."
         )
     return " ".join(sentences[: 2 if brief else None])
+
+
+def _judged_tracks(tracks: pd.DataFrame) -> str:
+    """Count tracks and, of these, those that mesh as printed."""
+    engaged = int(tracks["engaged"].sum())
+    if engaged == len(tracks):
+        return f"All {engaged} tracks that mesh as printed"
+    return f"{len(tracks)} tracks, of which {engaged} mesh as printed,"
 
 
 def _spread(values: pd.Series, form: str) -> str:
