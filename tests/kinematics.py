@@ -8,7 +8,7 @@ from scipy.optimize import fsolve
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import components, make_arrays, make_record
 from trackdyn.model.constants import Chain
-from trackdyn.scene.build import carriers_of
+from trackdyn.scene.build import suspensions_of
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import LoopArrays, allocate
 from trackdyn.simulation.settling import Layout
@@ -107,7 +107,7 @@ def spinning_loop(scene):
     model, spin = loop.arrays.model, scene.sprocket_rate
     wheels = {name: column[:1] for name, column in model.wheels._asdict().items() if np.ndim(column)}
     wheels = model.wheels._replace(**wheels | {"present": np.zeros(1, int)})
-    model = model._replace(wheels=wheels, tooth=model.tooth._replace(present=0), carriers=carriers_of([], 1))
+    model = model._replace(wheels=wheels, tooth=model.tooth._replace(present=0), suspensions=suspensions_of([], 1))
     state, work, optional = make_arrays(model, METHODS[scene.integrator])
     lengths = model.chain.length
     phase = -2 * np.pi * np.arange(len(lengths)) / len(lengths)

@@ -1,4 +1,4 @@
-"""Maxwell branches of the bushings: the loss of a sinusoid, the exact step, and whole loops that keep their account."""
+"""Maxwell elements of the bushings: loss of a sinusoid, exact step, energy balance of whole loops."""
 
 import pickle
 
@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tests.kinematics import spinning_loop
-from trackdyn.chain.kinematics import add_moments, relax, stored
+from trackdyn.chain.kinematics import add_maxwell_moments, advance_maxwell, maxwell_energy
 from trackdyn.inputs.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
-from trackdyn.model.constants import Branches
-from trackdyn.rig.laws import BAND, loss_branches
+from trackdyn.model.constants import Maxwell
+from trackdyn.rig.laws import BAND, maxwell_elements
 from trackdyn.scene.step import step_limits
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 
-RIPPLE = 0.07  # of the loss factor (0.05 to 0.3), by which the branches miss it within the band
+RIPPLE = 0.07  # of the loss factor (0.05 to 0.3), by which the elements miss it within the band
 
 
 def moduli(share, time, frequency):
@@ -26,8 +26,8 @@ def moduli(share, time, frequency):
 
 @pytest.mark.parametrize("loss_factor", [0.05, 0.15, 0.3])
 def test_branches_have_the_loss_factor_over_the_band(loss_factor):
-    assert (loss_branches(0.5)[0] > 0.0).all()  # the largest of a rig: no branch would feed energy in
-    share, time = loss_branches(loss_factor)
+    assert (maxwell_elements(0.5)[0] > 0.0).all()  # the largest of a rig: no element would feed energy in
+    share, time = maxwell_elements(loss_factor)
     frequency = np.geomspace(*BAND, 300)
     storage, loss = moduli(share, time, frequency)
     assert (share > 0).all()
@@ -38,7 +38,7 @@ def test_branches_have_the_loss_factor_over_the_band(loss_factor):
 
 @pytest.fixture
 def hysteretic(make_scene):
-    """A loop without wheels, with Maxwell branches at rest, its moments 0."""
+    """A loop without wheels, with Maxwell elements at rest, its moments 0."""
     loop = spinning_loop(make_scene(0.0, ring_radius=None, bushing_law="hysteretic"))
     loop.arrays.state.rate[:] = 0.0
     return loop
@@ -48,7 +48,7 @@ def hysteretic(make_scene):
 def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
     model, state, work, _ = hysteretic.arrays
-    share, time = loss_branches(rig.bushing.loss_factor)
+    share, time = maxwell_elements(rig.bushing.loss_factor)
     steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
     h = 1.0 / frequency / steps
     model = model._replace(step=h)
@@ -57,12 +57,12 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     for k in range(len(marks) - 1):
         if k == 7 * steps:  # what the start left has died away
             before, work_in = state.work_done[BUSHING_LOSS], 0.0
-            elastic = stored(state, model.branches)
+            elastic = maxwell_energy(state, model.maxwell)
         state.rate[1] = (angle[k + 1] - angle[k]) / h
-        old = state.branch[:, 0].sum()
-        relax(model, state, work, BUSHING_LOSS, model.branches)
+        old = state.maxwell[:, 0].sum()
+        advance_maxwell(model, state, work, BUSHING_LOSS, model.maxwell)
         if k >= 7 * steps:
-            work_in += 2 * h * state.rate[1] * 0.5 * (old + state.branch[:, 0].sum())
+            work_in += 2 * h * state.rate[1] * 0.5 * (old + state.maxwell[:, 0].sum())
     lost = state.work_done[BUSHING_LOSS] - before
     storage, loss = moduli(share, time, [frequency])
     # both joints, and a cycle of steps of 1/2500: the sine of half a step
@@ -70,32 +70,32 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     assert lost == pytest.approx(
         2 * np.pi * rig.bushing.loss_factor * rig.bushing.stiffness * storage[0] * size**2, rel=RIPPLE
     )
-    assert lost + stored(state, model.branches) - elastic == pytest.approx(work_in, rel=1e-6)
-    np.testing.assert_array_equal(state.branch[:, 0], -state.branch[:, 1])
-    assert not state.branch[:, 2:].any()
+    assert lost + maxwell_energy(state, model.maxwell) - elastic == pytest.approx(work_in, rel=1e-6)
+    np.testing.assert_array_equal(state.maxwell[:, 0], -state.maxwell[:, 1])
+    assert not state.maxwell[:, 2:].any()
 
 
 def test_a_step_is_exact_however_long(hysteretic):
     """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
-    branches, states = Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3])), []
+    maxwell, states = Maxwell(np.array([30.0, 200.0]), np.array([1e-4, 0.3])), []
     for h, count in ((1e-3, 10), (1e-2, 1)):
         model, state, work, _ = hysteretic.copy().arrays
-        state = state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(state.rate)))
+        state = state._replace(maxwell=np.array([[1.0], [-4.0]]) * np.ones(len(state.rate)))
         state.rate[::2] = 0.7
-        before = stored(state, branches)
+        before = maxwell_energy(state, maxwell)
         work.torque[:] = 0.0
         work.joint_rate[:] = np.roll(state.rate, -1) - state.rate
-        add_moments(state, work, h, branches)
+        add_maxwell_moments(state, work, h, maxwell)
         ahead = work.torque.copy()
         for _ in range(count):
-            relax(model._replace(step=h), state, work, BUSHING_LOSS, branches)
-        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, branches) - before])
+            advance_maxwell(model._replace(step=h), state, work, BUSHING_LOSS, maxwell)
+        states.append([*state.maxwell.ravel(), state.work_done[BUSHING_LOSS], maxwell_energy(state, maxwell) - before])
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
     # the moments led over the long step, and those of the state after it
     work.torque[:] = 0.0
-    add_moments(state, work, 0.0, branches)
+    add_maxwell_moments(state, work, 0.0, maxwell)
     for moments in (ahead, work.torque):
-        np.testing.assert_allclose(moments, -state.branch.sum(axis=0), rtol=1e-12)
+        np.testing.assert_allclose(moments, -state.maxwell.sum(axis=0), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 5e-5)])
@@ -103,7 +103,7 @@ def test_the_account_of_a_loop_closes_and_copies_go_on_bit_for_bit(make_scene, i
     loop = Loop(make_scene(115.0, bushing_law="hysteretic", drag="rolling", integrator=integrator, step=step))
     assert loop.model.chain.damping == 0.0
     loop.advance(0.8)
-    assert np.abs(loop.state.branch).max() > 1.0
+    assert np.abs(loop.state.maxwell).max() > 1.0
     copies = pickle.loads(pickle.dumps(loop)), loop.copy()
     recording = loop.record(0.5)
     change = recording.energy[-1] - recording.energy[0]
@@ -111,7 +111,7 @@ def test_the_account_of_a_loop_closes_and_copies_go_on_bit_for_bit(make_scene, i
     assert change[BUSHING_LOSS] > 0.01 * change[0]
     for again in copies:
         np.testing.assert_array_equal(again.record(0.5).energy, recording.energy)
-        np.testing.assert_array_equal(again.state.branch, loop.state.branch)
+        np.testing.assert_array_equal(again.state.maxwell, loop.state.maxwell)
 
 
 def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig):
@@ -120,11 +120,11 @@ def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig
         step_limits(make_scene(115.0, rig=soft, bushing_law=law, step=1e-5).model, 1000.0)["stiffness of the bushing"]
         for law in ("viscous", "hysteretic")
     ]
-    share, _ = loss_branches(rig.bushing.loss_factor)
+    share, _ = maxwell_elements(rig.bushing.loss_factor)
     assert limits[0] / limits[1] == pytest.approx((1 + share.sum()) ** 0.5)
     lossless = rig.changed(bushing__loss_factor=0.0)
     with pytest.raises(InputError, match=r"bushing_law = 'hysteretic': .*loss_factor is 0.*'viscous'"):
         make_scene(115.0, rig=lossless, bushing_law="hysteretic")
     for elastic in (lossless.changed(bushing__damping=0.0), rig.changed(bushing__stiffness=0.0)):
         model = make_scene(115.0, rig=elastic, bushing_law="hysteretic").model
-        assert not len(model.branches.time) and model.chain.damping == 0.0
+        assert not len(model.maxwell.time) and model.chain.damping == 0.0

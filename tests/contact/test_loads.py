@@ -5,7 +5,7 @@ import pytest
 
 from tests.conftest import recorded
 from tests.kinematics import ContactList, closed_rates, mass_centres, without_extrapolation
-from trackdyn.contact.laws import elastic_force, foot, friction_coefficient, wheel_law
+from trackdyn.contact.laws import closest_point, elastic_force, friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, components
 
@@ -118,7 +118,7 @@ def test_foot_is_the_nearest_point_of_the_link():
     cases = set()
     for _ in range(500):
         a, b, c = rng.uniform(-0.3, 0.3, (3, 2))
-        s, qx, qy, distance = foot(*a, *b, *c)
+        s, qx, qy, distance = closest_point(*a, *b, *c)
         sampled = np.hypot(*(a + share * (b - a) - c).T).min()
         assert distance <= sampled + 1e-15
         assert distance >= sampled - np.hypot(*(b - a)) / 2000

@@ -9,7 +9,7 @@ from laboratory.plausible.unknowns import file_ranges
 from tests.conftest import recorded
 from tests.layouts import random_rig
 from trackdyn.inputs.errors import InputError
-from trackdyn.integrate.carriers import push
+from trackdyn.integrate.suspensions import chain_force
 from trackdyn.model.arrays import BEARING, ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
@@ -42,16 +42,16 @@ def test_a_large_ring_tightens_a_locked_loop_and_no_other(settled, rig):
 
 def test_the_spring_carries_the_wheel_where_it_settles(settled):
     loop = settled["sprung"]
-    carriers = loop.model.carriers
+    suspensions = loop.model.suspensions
     loop.energy  # noqa: B018 -- forces of the state as it is
-    way = np.array([carriers.along_x[0], carriers.along_y[0]])
+    way = np.array([suspensions.along_x[0], suspensions.along_y[0]])
     rest = (
-        way @ push(loop.arrays.work, carriers.wheel[0])
-        + carriers.preload[0]
-        - carriers.stiffness[0] * loop.state.slide["q"][0]
+        way @ chain_force(loop.arrays.work, suspensions.wheel[0])
+        + suspensions.preload[0]
+        - suspensions.stiffness[0] * loop.state.suspension["q"][0]
     )
-    assert abs(rest) < 0.02 * carriers.preload[0]
-    assert loop.state.slide["q"][0] < -1e-4, "a larger ring pulls the wheel in"
+    assert abs(rest) < 0.02 * suspensions.preload[0]
+    assert loop.state.suspension["q"][0] < -1e-4, "a larger ring pulls the wheel in"
 
 
 def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
@@ -68,10 +68,10 @@ def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
     motions = {}
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, tension="sprung", integrator=integrator, step=step, ramp=1.0))
-        begin = float(loop.state.slide["q"][0])
+        begin = float(loop.state.suspension["q"][0])
         loop.advance(2.0)
         recording = loop.record(1.0)
-        motions[integrator] = np.array([loop.state.slide["q"][0] - begin, recording.mean[:, 0, 1].std()])
+        motions[integrator] = np.array([loop.state.suspension["q"][0] - begin, recording.mean[:, 0, 1].std()])
         assert abs(open_share(recording.energy, loop.model, 1.0)[0]) < 1e-3
     assert abs(motions["semi_implicit"][0]) > 1e-4
     # both of first order: the position at one moment to some percent, what is felt in a second to some per mille

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.kinematics import closed_rates, spinning_loop
-from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
+from trackdyn.chain.kinematics import add_maxwell_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import BUSHING_LOSS, ENERGY_NAMES, make_optional, make_state, make_work
@@ -44,25 +44,25 @@ def march_on(loop, integrator, step):
 def packed(loop):
     state = loop.arrays.state
     return np.concatenate(
-        [state.pin, loop.state.angle, loop.state.rate / 10.0, state.branch.ravel(), [loop.energy[LOSS]]]
+        [state.pin, loop.state.angle, loop.state.rate / 10.0, state.maxwell.ravel(), [loop.energy[LOSS]]]
     )
 
 
 def derivative(model):
     """Right-hand side of the exact motion, around the accelerations of the sweep alone."""
-    chain, branches = model.chain, model.branches
+    chain, maxwell = model.chain, model.maxwell
     n = len(chain.length)
-    state, work = make_state(n, PITCHES, 1, branches=len(branches.time)), make_work(n, PITCHES, 1)
+    state, work = make_state(n, PITCHES, 1, maxwell=len(maxwell.time)), make_work(n, PITCHES, 1)
 
     def rates(_, y):
         state.angle[:], state.rate[:] = y[4 : 4 + n], y[4 + n : 4 + 2 * n] * 10.0
         orient(state.angle, work.cos, work.sin)
         bushing_torques(chain, state, work)
-        state.branch[:] = y[4 + 2 * n : -1].reshape(-1, n)
-        add_moments(state, work, 0.0, branches)
-        moments = np.outer(branches.stiffness, work.joint_rate) - state.branch / branches.time[:, None]
+        state.maxwell[:] = y[4 + 2 * n : -1].reshape(-1, n)
+        add_maxwell_moments(state, work, 0.0, maxwell)
+        moments = np.outer(maxwell.stiffness, work.joint_rate) - state.maxwell / maxwell.time[:, None]
         loss = chain.damping * (work.joint_rate**2).sum()
-        loss += (state.branch**2 / (branches.stiffness * branches.time)[:, None]).sum()
+        loss += (state.maxwell**2 / (maxwell.stiffness * maxwell.time)[:, None]).sum()
         accelerations(chain, state, work, 0.0)
         sweep = work.sweep
         change = sweep.base @ sweep.load, state.rate, sweep.response @ sweep.load / 10.0

@@ -29,7 +29,7 @@ def test_fields_are_those_of_the_file_and_can_be_read_and_set(name):
 def test_a_wheel_and_a_surface_are_sections_by_their_names():
     rig = load_rig("m113")
     assert rig.changed(road_3__arm__stiffness=3e4).wheels["road_3"].arm.stiffness == 3e4
-    assert rig.changed(road_3__arm=None).wheels["road_3"].carrier is None
+    assert rig.changed(road_3__arm=None).wheels["road_3"].suspension is None
     steel = rig.wheel_contact.model_dump()
     rig = rig.changed(surfaces={"bare": steel}, idler__surface="bare")
     assert rig.changed(bare__restitution=0.25).value("bare.restitution") == 0.25

@@ -22,13 +22,15 @@ def test_a_running_loop_has_the_tension_of_a_belt():
     for rpm in (4.0, 150.0):
         loop = Loop(scene_of(rig, rpm, step=4e-5))
         loop.advance(1.0)
-        carriers, rows = loop.model.carriers, []
+        suspensions, rows = loop.model.suspensions, []
         for _ in range(1000):
             loop.advance(1e-3)
             middle, force = loop.mass_centres, loop.joint_forces
             free = (middle[:, 0] > -0.75) & (middle[:, 0] < -0.3)
             upper, lower = (np.abs(force[free & side, 0]).mean() for side in (middle[:, 1] > 0, middle[:, 1] < 0))
-            rows.append(upper + lower - (carriers.preload[0] - carriers.stiffness[0] * loop.state.slide["q"][0]))
+            rows.append(
+                upper + lower - (suspensions.preload[0] - suspensions.stiffness[0] * loop.state.suspension["q"][0])
+            )
         missing[rpm] = np.mean(rows)
     chain = loop.model.chain
     speed = 150.0 / 60 * rig.sprocket.teeth * float(chain.length.sum()) / rig.chain.pitches

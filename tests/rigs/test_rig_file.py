@@ -11,7 +11,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
 from trackdyn.rig.rig import foreign_groove, load_rig, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.scene.build import make_carriers
+from trackdyn.scene.build import make_suspensions
 from trackdyn.scene.scene import Scene
 
 WHEEL = "{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2}"
@@ -42,7 +42,7 @@ def arrays_of(rig):
         scene = Scene(rig, 115.0, step=1e-6, **fields)
         model = scene.model
         if scene.tension == "sprung":
-            model = model._replace(carriers=make_carriers(rig, model, "sprung", 0.0))
+            model = model._replace(suspensions=make_suspensions(rig, model, "sprung", 0.0))
         models.append(pickle.dumps(model))
     soft = rig.changed(ring_contact__friction_law="dahl")
     return [*models, pickle.dumps(Scene(soft, 115.0, step=1e-6).model)]

@@ -5,7 +5,7 @@ import pytest
 
 from tests.conftest import RIG
 from trackdyn.inputs.errors import DivergenceError
-from trackdyn.integrate.carriers import along, push
+from trackdyn.integrate.suspensions import along, chain_force
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
@@ -36,7 +36,7 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     assert loop.layout.settled_tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
     if loop.model.tooth.present:
         assert depth.max() < explained_depth(loop.model, rig.tension.pre_tension)
-    check_stops(rig, loop.arrays.model.carriers, loop.arrays.state.slide)
+    check_stops(rig, loop.arrays.model.suspensions, loop.arrays.state.suspension)
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
@@ -44,7 +44,7 @@ def test_the_wheels_carry_the_chain(name, settled):
     """Forces of all wheels on the chain at rest are its weight: one sum over contacts, the other over masses."""
     loop = settled(name)
     loop.energy  # noqa: B018 -- forces of the state as it is
-    total = -sum(np.array(push(loop.arrays.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
+    total = -sum(np.array(chain_force(loop.arrays.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
     weight = loop.model.chain.gravity * loop.model.chain.mass.sum()
     # the loop is damped to rest, not solved for it: what swings on is a few per cent of the weight, against tensions of
     # several
@@ -93,17 +93,17 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
     """Moments about the pivot from contact forces and weight, against those of the torsion spring."""
     loop = settled("m113")
     loop.energy  # noqa: B018
-    carriers, rig = loop.arrays.model.carriers, loop.scene.rig
-    assert len(carriers.wheel) == 5
-    for k, wheel in enumerate(carriers.wheel):
+    suspensions, rig = loop.arrays.model.suspensions, loop.scene.rig
+    assert len(suspensions.wheel) == 5
+    for k, wheel in enumerate(suspensions.wheel):
         arm = rig.wheels[f"road_{k + 1}"].arm
-        q = loop.state.slide["q"][k]
+        q = loop.state.suspension["q"][k]
         lever = np.array([loop.model.wheels.x[wheel] - arm.x, loop.model.wheels.y[wheel] - arm.y])
-        fx, fy = push(loop.arrays.work, wheel)
+        fx, fy = chain_force(loop.arrays.work, wheel)
         moment = lever[0] * (fy - arm.mass * rig.gravity) - lever[1] * fx
-        spring = carriers.preload[k] - arm.stiffness * q
+        spring = suspensions.preload[k] - arm.stiffness * q
         assert moment + spring == pytest.approx(0.0, abs=0.05 * arm.mass * rig.gravity * np.hypot(*lever))
-        tx, ty = along(carriers, k, q)
+        tx, ty = along(suspensions, k, q)
         assert (tx, ty) == pytest.approx((-lever[1], lever[0]), abs=1e-9)
 
 

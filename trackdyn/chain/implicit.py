@@ -6,7 +6,7 @@ friction on a wheel that turns freely couples the bodies on it to the wheel's ac
 column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then follow from one small system.
 """
 
-from trackdyn.chain.kinematics import added_damping, bearing_drag
+from trackdyn.chain.kinematics import bearing_drag, maxwell_damping
 from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import ImplicitWork, State, Work
@@ -25,7 +25,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia
     n, wheels = state.rate.shape[0], inertia.shape[0]
-    damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
+    damping = step * chain.damping + step * step * chain.stiffness + step * maxwell_damping(step, model.maxwell)
     compliance, force_x, force_y = cut
     sweep(chain, state, work, damping, implicit)
     matrix, load = implicit.matrix, implicit.load
@@ -44,10 +44,9 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
         matrix[2, 2 + k] = damping * (implicit.response[0, k] - implicit.response[n - 1, k])
         for wheel in range(1, wheels):
             matrix[2 + wheel, 2 + k] = -implicit.row[wheel, 3 + k]
-    matrix[0, 0] -= compliance
-    matrix[1, 1] -= compliance
-    matrix[0, last] -= compliance * force_x
-    matrix[1, last] -= compliance * force_y
+    for r, force in enumerate((force_x, force_y)):
+        matrix[r, r] -= compliance
+        matrix[r, last] -= compliance * force
     matrix[2, 2] += 1.0
     matrix[2, last] += work.torque[n - 1]
     for wheel in range(1, wheels):
@@ -59,8 +58,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
         load[k] = swept.load[k] = matrix[k, last]
     load[3] = swept.load[3] = 1.0
     invert_closure(compliance, damping, swept)
-
-    # the wheels' columns, now known, are folded into the constant one
+    # the wheels' accelerations are known: add their columns to the constant one
     for k in range(1, wheels):
         a = load[3 + k] = matrix[2 + k, last]
         for i in range(n):

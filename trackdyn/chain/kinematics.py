@@ -54,28 +54,24 @@ def forward_kinematics(chain: Chain, state, work):
     for i in range(state.angle.shape[0]):
         gx, gy = mass_centre(chain, work, i)
         dx, dy, w = chain.length[i] * work.cos[i], chain.length[i] * work.sin[i], state.rate[i]
-        work.pin_x[i] = x
-        work.pin_y[i] = y
+        work.pin_x[i], work.pin_y[i] = x, y
         work.com_vx[i] = vx - w * gy
         work.com_vy[i] = vy + w * gx
         x += dx
         y += dy
         vx -= w * dy
         vy += w * dx
-    work.pin_x[-1] = x
-    work.pin_y[-1] = y
-    work.cut[0] = x - state.pin[0]
-    work.cut[1] = y - state.pin[1]
-    work.cut[2] = vx - state.pin[2]
-    work.cut[3] = vy - state.pin[3]
+    work.pin_x[-1], work.pin_y[-1] = x, y
+    for k, end in enumerate((x, y, vx, vy)):
+        work.cut[k] = end - state.pin[k]
 
 
 @kernel
 def damping_weight(chain: Chain, step):
-    """Return the fraction of a step at which bushing damping is evaluated: half, where its error is of second order.
+    """Return the fraction of a step at which bushing damping is evaluated: half, for an error of second order.
 
-    Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot:
-    it ends at zero then (`scene.step.step_limits`).
+    It is larger where the fastest decay, links and connectors in zigzag with their mass centres at rest, would
+    overshoot: the decay then ends at zero (`scene.step.step_limits`).
     """
     a, b = chain.length[0], chain.length[1]
     mobility = 2.0 * (a + b) ** 2 / (chain.inertia[0] * b * b + chain.inertia[1] * a * a)
@@ -117,7 +113,7 @@ SLOW = 0.1
 def bearing_drag(wheels: Wheels, wheel, rate, carried):
     """Return the drag coefficient of a wheel's bearing: torque over its rate (rad/s), N m s/rad.
 
-    A viscous term, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
+    It is a viscous term plus the secant of a torque that fades below ``SLOW``: a constant one and rolling
     resistance, ``rolling`` times the sum of the links' normal forces (``carried``, (w,), N).
     """
     drag, torque = wheels.drag[wheel], wheels.torque[wheel] + wheels.rolling[wheel] * carried[wheel]
@@ -128,44 +124,43 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
 
 
 @kernel
-def add_moments(state: State, work: Work, step, branches):
-    """Add the moments of the Maxwell elements to ``work.torque``, now or at the end of a step of ``step`` seconds.
+def add_maxwell_moments(state: State, work: Work, step, maxwell):
+    """Add the moments of the Maxwell elements to ``work.torque`` as of ``step`` seconds (0: now) later.
 
-    The latter takes the present rates; the sweep accounts for their change in the step (`added_damping`).
-    ``branches`` is ``model.branches``.
+    They are extrapolated with the present rates; the sweep adds the change of these (`maxwell_damping`).
     """
-    for b in range(branches.time.shape[0]):
-        decay = exp(-step / branches.time[b])
-        gain = branches.stiffness[b] * branches.time[b] * (1.0 - decay)
-        for i in range(state.branch.shape[1]):
-            work.torque[i] -= decay * state.branch[b, i] + gain * work.joint_rate[i]
+    for b in range(maxwell.time.shape[0]):
+        decay = exp(-step / maxwell.time[b])
+        gain = maxwell.stiffness[b] * maxwell.time[b] * (1.0 - decay)
+        for i in range(state.maxwell.shape[1]):
+            work.torque[i] -= decay * state.maxwell[b, i] + gain * work.joint_rate[i]
 
 
 @kernel
-def added_damping(step, branches):
-    """Return the sum of the moments at the end of a step for a unit rate over it, N m s/rad."""
+def maxwell_damping(step, maxwell):
+    """Return the sum of the moments that a unit rate adds over a step, N m s/rad."""
     total = 0.0
-    for b in range(branches.time.shape[0]):
-        total += branches.stiffness[b] * branches.time[b] * (1.0 - exp(-step / branches.time[b]))
+    for b in range(maxwell.time.shape[0]):
+        total += maxwell.stiffness[b] * maxwell.time[b] * (1.0 - exp(-step / maxwell.time[b]))
     return total
 
 
 @kernel
-def relax(model: Model, state: State, work: Work, row, branches):
+def advance_maxwell(model: Model, state: State, work: Work, row, maxwell):
     """Advance the moments over the last step; add its loss to ``state.work_done[row]``, and write ``joint_rate``."""
-    if branches.time.shape[0] == 0:
+    if maxwell.time.shape[0] == 0:
         return
     rate, lost, h = work.joint_rate, work.joint_loss, model.step
     joint_differences(state.rate, rate)
     lost[:] = 0.0
-    for b in range(branches.time.shape[0]):  # a loss for each joint, so that the loop vectorizes
-        k, time = branches.stiffness[b], branches.time[b]
+    for b in range(maxwell.time.shape[0]):  # the inner loop vectorizes with one loss per joint
+        k, time = maxwell.stiffness[b], maxwell.time[b]
         decay = exp(-h / time)
         squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - decay) / k, (1.0 - decay * decay) / (2.0 * k)
         for i in range(rate.shape[0]):
             steady = k * time * rate[i]
-            far = state.branch[b, i] - steady
-            state.branch[b, i] = steady + decay * far
+            far = state.maxwell[b, i] - steady
+            state.maxwell[b, i] = steady + decay * far
             lost[i] += steady * (squared * steady + mixed * far) + decayed * far * far
     loss = 0.0
     for i in range(lost.shape[0]):
@@ -174,22 +169,22 @@ def relax(model: Model, state: State, work: Work, row, branches):
 
 
 @kernel
-def add_rates(state: State, work: Work, out, first, row, branches):
-    """Write the rates of the moments behind the powers in ``out`` from ``first`` on; add the loss to ``row``."""
-    n, behind = state.branch.shape[1], first + state.work_done.shape[0]
-    for b in range(branches.time.shape[0]):
-        k, time = branches.stiffness[b], branches.time[b]
+def maxwell_rates(state: State, work: Work, out, first, row, maxwell):
+    """Write the rates of the moments after the powers in ``out[first:]``; add the loss to entry ``row`` of these."""
+    n, behind = state.maxwell.shape[1], first + state.work_done.shape[0]
+    for b in range(maxwell.time.shape[0]):
+        k, time = maxwell.stiffness[b], maxwell.time[b]
         for i in range(n):
-            moment = state.branch[b, i]
+            moment = state.maxwell[b, i]
             out[behind + b * n + i] = k * work.joint_rate[i] - moment / time
             out[first + row] += moment * moment / (k * time)
 
 
 @kernel
-def stored(state: State, branches):
+def maxwell_energy(state: State, maxwell):
     """Return the energy in the springs of the Maxwell elements, J."""
     total = 0.0
-    for b in range(branches.time.shape[0]):
-        for i in range(state.branch.shape[1]):
-            total += state.branch[b, i] * state.branch[b, i] / (2.0 * branches.stiffness[b])
+    for b in range(maxwell.time.shape[0]):
+        for i in range(state.maxwell.shape[1]):
+            total += state.maxwell[b, i] * state.maxwell[b, i] / (2.0 * maxwell.stiffness[b])
     return total

@@ -24,23 +24,18 @@ def response_to(columns, i, load):
 
 
 @inlined
-def closing_load(inverse, gap_x, gap_y):
-    """Return the cut load that cancels an acceleration of the gap; ``inverse`` is that of the closure matrix."""
-    return (
-        -(inverse[0, 0] * gap_x + inverse[0, 1] * gap_y),
-        -(inverse[1, 0] * gap_x + inverse[1, 1] * gap_y),
-        -(inverse[2, 0] * gap_x + inverse[2, 1] * gap_y),
-    )
+def closing_load(a, x, y):
+    """Return the cut load that cancels the acceleration ``x, y`` of the gap; ``a`` is the inverse closure matrix."""
+    return -(a[0, 0] * x + a[0, 1] * y), -(a[1, 0] * x + a[1, 1] * y), -(a[2, 0] * x + a[2, 1] * y)
 
 
 @kernel
 def accelerations(chain: Chain, state, work: Work, implicit_damping):
     """Compute the response of every acceleration to the cut load, and the load that closes the cut.
 
-    Of ``state``, ``rate`` is read; of ``work``,
-    ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
-    start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
-    damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
+    The loads of ``work`` are those without gravity and the bushing ``torque`` that of the start of the step;
+    ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing damping: the torque is
+    taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
     """
     sweep(chain, state, work, implicit_damping, None)
     close(0.0, 0.0, 0.0, work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
@@ -60,8 +55,8 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
     n = state.rate.shape[0]
     middle = (n + 1) // 2 if implicit is None else n
     gain, torque = work.sweep.gain, work.torque
-    # S = [[s11, s12, s13], [., s22, s23], [., ., s33]], symmetric; rows of E belong to q_x, q_y, m. Behind: the far
-    # piece of the chain, which the load of the cut pulls the other way.
+    # S = [[s11, s12, s13], [., s22, s23], [., ., s33]]; rows of E belong to q_x, q_y, m. Behind: the sweep from the
+    # far end, which the load of the cut pulls the other way.
     s = behind_s = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     e = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
     behind_e = ((-1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0))
@@ -138,18 +133,14 @@ def _shift(dx, dy, w2, s, e):
     return (s11, s12, s13 + grow13, s22, s23 + grow23, s33), (
         (ex[0], ex[1], ex[2], x3),
         (ey[0], ey[1], ey[2], y3),
-        (
-            em[0] + (dy * ex[0] - dx * ey[0]),
-            em[1] + (dy * ex[1] - dx * ey[1]),
-            em[2] + (dy * ex[2] - dx * ey[2]),
-            m3 + (dy * x3 - dx * y3),
-        ),
-    )
+        (em[0] + (dy * ex[0] - dx * ey[0]), em[1] + (dy * ex[1] - dx * ey[1]), em[2] + (dy * ex[2] - dx * ey[2]),
+         m3 + (dy * x3 - dx * y3)),
+    )  # fmt: skip
 
 
 @fused
 def _hinge(gain, joint, torque, implicit_damping, s, e):
-    """Transfer the relation across a joint, whose torque acts on this side; store the joint's row of ``gain``.
+    """Transfer the relation across a joint with its torque on this side; store the joint's row of ``gain``.
 
     ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``; of the third row no more than ``q = -h c / D`` goes over.
     """
@@ -160,13 +151,8 @@ def _hinge(gain, joint, torque, implicit_damping, s, e):
     p2 = s23 * d
     q = -implicit_damping * d
     g = em[3] - torque
-    gain[joint, 0] = p1
-    gain[joint, 1] = p2
-    gain[joint, 2] = q
-    gain[joint, 3] = em[0] * d
-    gain[joint, 4] = em[1] * d
-    gain[joint, 5] = em[2] * d
-    gain[joint, 6] = g * d
+    gain[joint, 0], gain[joint, 1], gain[joint, 2] = p1, p2, q
+    gain[joint, 3], gain[joint, 4], gain[joint, 5], gain[joint, 6] = em[0] * d, em[1] * d, em[2] * d, g * d
     return (s11 - p1 * s13, s12 - p1 * s23, q * s13, s22 - p2 * s23, q * s23, q * s33), (
         (ex[0] - p1 * em[0], ex[1] - p1 * em[1], ex[2] - p1 * em[2], ex[3] - p1 * g),
         (ey[0] - p2 * em[0], ey[1] - p2 * em[1], ey[2] - p2 * em[2], ey[3] - p2 * g),
@@ -200,21 +186,21 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
     for j in range(middle):
         i = middle - 1 - j
         if i < n - 1:
-            a = _beyond(gain, i, x, y, a)
+            a = _across_joint(gain, i, x, y, a)
         response[i, 0], response[i, 1], response[i, 2], response[i, 3] = a
         _, _, dx, dy = _arms(chain, work, i)
         w2 = rate[i] * rate[i]
-        x, y = _moved(dx, dy, w2, x, y, a)
+        x, y = _along_body(dx, dy, w2, x, y, a)
         if implicit is not None:
             return_columns(implicit, work, i, (dx, dy), (x, y, a))
         if implicit is None:
             i = middle + j
             if i < n:
                 if j > 0:
-                    behind_a = _beyond(gain, i - 1, behind_x, behind_y, behind_a)
+                    behind_a = _across_joint(gain, i - 1, behind_x, behind_y, behind_a)
                 response[i, 0], response[i, 1], response[i, 2], response[i, 3] = behind_a
                 _, _, dx, dy = _arms(chain, work, i)
-                behind_x, behind_y = _moved(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
+                behind_x, behind_y = _along_body(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
     for k in range(4):
         base[0, k] = x[k]
         base[1, k] = y[k]
@@ -229,8 +215,8 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
 
 
 @fused
-def _beyond(gain, joint, x, y, a):
-    """Return columns of the angular acceleration beyond a joint, on the side that the sweep came from."""
+def _across_joint(gain, joint, x, y, a):
+    """Return columns of the angular acceleration across a joint, on the side that the sweep came from."""
     p1, p2, q = gain[joint, 0], gain[joint, 1], gain[joint, 2]
     return (
         q * a[0] - p1 * x[0] - p2 * y[0] - gain[joint, 3],
@@ -241,7 +227,7 @@ def _beyond(gain, joint, x, y, a):
 
 
 @fused
-def _moved(dx, dy, w2, x, y, a):
+def _along_body(dx, dy, w2, x, y, a):
     """Return columns of the acceleration of the point ``(dx, dy)`` before another of the same body."""
     return (
         (x[0] + dy * a[0], x[1] + dy * a[1], x[2] + dy * a[2], x[3] + (dy * a[3] + w2 * dx)),
@@ -269,32 +255,19 @@ def close(compliance, shift_x, shift_y, cut_torque, implicit_damping, work: Swee
 @kernel
 def invert_closure(compliance, implicit_damping, work: SweepWork):
     """Invert the closure matrix: gap acceleration (less ``compliance`` times the load) and torque law."""
-    end = work.end
-    response = work.response
-    n = response.shape[0]
-    a00 = end[0, 0] - work.base[0, 0] - compliance
-    a01 = end[0, 1] - work.base[0, 1]
-    a02 = end[0, 2] - work.base[0, 2]
-    a10 = end[1, 0] - work.base[1, 0]
-    a11 = end[1, 1] - work.base[1, 1] - compliance
-    a12 = end[1, 2] - work.base[1, 2]
-    a20 = implicit_damping * (response[0, 0] - response[n - 1, 0])
-    a21 = implicit_damping * (response[0, 1] - response[n - 1, 1])
-    a22 = 1.0 + implicit_damping * (response[0, 2] - response[n - 1, 2])
-
-    inv = work.inverse
-    m00 = a11 * a22 - a12 * a21
-    m01 = a02 * a21 - a01 * a22
-    m02 = a01 * a12 - a02 * a11
+    end, base, response, inv = work.end, work.base, work.response, work.inverse
+    last = response.shape[0] - 1
+    a00, a01, a02 = end[0, 0] - base[0, 0] - compliance, end[0, 1] - base[0, 1], end[0, 2] - base[0, 2]
+    a10, a11, a12 = end[1, 0] - base[1, 0], end[1, 1] - base[1, 1] - compliance, end[1, 2] - base[1, 2]
+    a20 = implicit_damping * (response[0, 0] - response[last, 0])
+    a21 = implicit_damping * (response[0, 1] - response[last, 1])
+    a22 = 1.0 + implicit_damping * (response[0, 2] - response[last, 2])
+    m00, m01, m02 = a11 * a22 - a12 * a21, a02 * a21 - a01 * a22, a01 * a12 - a02 * a11
     det = 1.0 / (a00 * m00 + a10 * m01 + a20 * m02)
-    inv[0, 0] = m00 * det
-    inv[0, 1] = m01 * det
-    inv[0, 2] = m02 * det
-    inv[1, 0] = (a12 * a20 - a10 * a22) * det
-    inv[1, 1] = (a00 * a22 - a02 * a20) * det
+    inv[0, 0], inv[0, 1], inv[0, 2] = m00 * det, m01 * det, m02 * det
+    inv[1, 0], inv[1, 1] = (a12 * a20 - a10 * a22) * det, (a00 * a22 - a02 * a20) * det
     inv[1, 2] = (a02 * a10 - a00 * a12) * det
-    inv[2, 0] = (a10 * a21 - a11 * a20) * det
-    inv[2, 1] = (a01 * a20 - a00 * a21) * det
+    inv[2, 0], inv[2, 1] = (a10 * a21 - a11 * a20) * det, (a01 * a20 - a00 * a21) * det
     inv[2, 2] = (a00 * a11 - a01 * a10) * det
 
 

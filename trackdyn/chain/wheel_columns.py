@@ -18,13 +18,9 @@ def add_slopes(implicit, i, dx, dy, s):
             column[wheel, r] += implicit.couple[i, wheel, r]
         column[wheel, 2] += dy * column[wheel, 0] - dx * column[wheel, 1]
     return (
-        s[0] - slopes[i, 0],
-        s[1] - slopes[i, 1],
-        s[2] - slopes[i, 3],
-        s[3] - slopes[i, 2],
-        s[4] - slopes[i, 4],
-        s[5] - slopes[i, 5],
-    )
+        s[0] - slopes[i, 0], s[1] - slopes[i, 1], s[2] - slopes[i, 3],
+        s[3] - slopes[i, 2], s[4] - slopes[i, 4], s[5] - slopes[i, 5],
+    )  # fmt: skip
 
 
 @fused
@@ -57,8 +53,7 @@ def return_columns(implicit, work: Work, i, arm, motion):
 
     ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
     """
-    dx, dy = arm
-    x, y, a = motion
+    (dx, dy), (x, y, a) = arm, motion
     z, gain = implicit.column, work.sweep.gain
     last = work.sweep.response.shape[0] - 1
     for wheel in range(1, z.shape[0]):

@@ -1,13 +1,12 @@
 """Contact along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
 
-Every contact is judged in the frame of its wheel, which has the wheel's axis and does not spin: arc centres and link
-ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); their x and y choose area or foot, depth
-and normal as in planar motion, their z is the axial offset ``l_z``. The overlap of Eq. 19,
-``L = clip(contact length + overhang - |l_z|, 0, contact length)``, scales the stiffness. Normal and tangent lie in the
-wheel's plane; the axial slip is the z component of the relative velocity of the two material points. The force acts in
-the middle plane of the chain, where depth and slip are taken: its work is then the energy that the contact stores and
-loses.
-``space`` is None in planar motion: then the wheel's frame is the inertial one and nothing is computed.
+A contact is computed in the frame of its wheel, which has the wheel's axis and does not spin: arc centres and link
+ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); their x and y give area or closest point,
+depth and normal as in planar motion, their z is the axial offset ``l_z``. The overlap of Eq. 19,
+``L = clip(contact length + overhang - |l_z|, 0, contact length)``, scales the stiffness. Normal and tangent are in the
+wheel's plane; the axial slip is the z component of the relative velocity. The force acts in the middle plane of the
+chain, where depth and slip are taken: its work is the energy that the contact stores and dissipates. In planar motion
+``space`` is None, and the wheel's frame is the inertial one.
 """
 
 from trackdyn.contact.laws import friction_coefficient
@@ -80,21 +79,17 @@ def normal_velocity(state, space, x, y):
 def overlap_ratio(space, kind, offset):
     """Return the overlapping fraction of the contact length at an axial ``offset`` (m): Eq. 19, capped; 1 in the plane.
 
-    ``space`` is ``model.space``.
+    ``space`` is ``model.space``, here and in the functions below.
     """
     if space is None:
         return 1.0
     length = space.length[kind]
-    left = length + space.overhang[kind] - abs(offset)
-    return min(max(left, 0.0), length) / length
+    return min(max(length + space.overhang[kind] - abs(offset), 0.0), length) / length
 
 
 @kernel
 def friction_coefficients(space, law, slip, axial_slip):
-    """Return signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip.
-
-    ``space`` is ``model.space``.
-    """
+    """Return signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip."""
     mu = friction_coefficient(law, slip)
     if space is None or space.friction != INDEPENDENT:
         return mu, 0.0
@@ -103,9 +98,9 @@ def friction_coefficients(space, law, slip, axial_slip):
 
 @kernel
 def guide_force(space: Space, offset, speed):
-    """Return the axial force of a guide on its connector, N: spring and damper beyond its play, never in tension.
+    """Return the axial force (N) of a guide on its connector, at an ``offset`` (m) of its middle and its rate (m/s).
 
-    ``offset`` (m) is that of the connector's middle and ``speed`` (m/s) its rate.
+    It is that of a spring and a damper beyond the play, never in tension.
     """
     depth = abs(offset) - space.clearance
     if depth <= 0.0:

@@ -34,12 +34,11 @@ def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
 def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     """Add the contact of every arc near the sprocket with its groove (Fig. 11).
 
-    Steel on steel the force rises within a few steps, so the last step predicts little of this one: the predicted
-    velocity is corrected for the growth of the force since, resisted by the mass of the chain only.
+    The force of steel on steel rises within a few steps: the velocity that the last step predicts is corrected for the
+    growth of the force since, resisted by the mass of the chain only.
     """
     chain, shoes, tooth, law = model.chain, model.shoes, model.tooth, model.tooth.law
-    cs = cosine(state.wheel_angle[SPROCKET])
-    ss = sine(state.wheel_angle[SPROCKET])
+    cs, ss = cosine(state.wheel_angle[SPROCKET]), sine(state.wheel_angle[SPROCKET])
     cx, cy, cz = axial.wheel_centre(model, space, SPROCKET)
     mx, my, mz = axial.centre_in_plane(model, space, SPROCKET)
     z = axial.height(state, space)
@@ -51,8 +50,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     candidates = work.candidates
     for item in range(candidates.count[0]):
         arc = candidates.arc[item]
-        body = shoes.arc_body[arc]
-        along = shoes.arc_x[arc]
+        body, along = shoes.arc_body[arc], shoes.arc_x[arc]
         c, s = work.cos[body], work.sin[body]
         x, y = on_pin_line(work, body, along)
         lx, ly, lz = axial.to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
@@ -65,8 +63,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         work.tooth_area[arc] = area
         work.tooth_groove[arc] = groove if area > 0 else 0
         if area == 0:
-            work.tooth_force[arc] = work.friction[0, arc] = 0.0
-            state.tooth_impact[arc] = 0.0
+            work.tooth_force[arc] = work.friction[0, arc] = state.tooth_impact[arc] = 0.0
             continue
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
         gx, gy = rotated(chain.com_x[body] - along, chain.com_y[body], c, s)
@@ -108,19 +105,17 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         bx, by, bz = axial.to_wheel_frame(space, wheel, bx, by, z)
         cx, cy, cz = axial.wheel_centre(model, space, wheel)
         kind = RING if wheel == SPROCKET else SURFACE
-        fraction, qx, qy, distance = laws.foot(ax, ay, bx, by, cx, cy)
+        along, qx, qy, distance = laws.closest_point(ax, ay, bx, by, cx, cy)
         depth = wheels.radius[wheel] + thick - distance
         share = qz = 0.0
         if depth > 0.0:
-            qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
+            qz = az + min(max(along, 0.0), 1.0) * (bz - az)
             share = axial.overlap_ratio(model.space, kind, qz - cz)
         if share <= 0.0:
-            work.wheel_force[link, wheel] = work.friction[0, slot] = 0.0
-            state.wheel_impact[link, wheel] = 0.0
+            work.wheel_force[link, wheel] = work.friction[0, slot] = state.wheel_impact[link, wheel] = 0.0
             continue
         inverse = 1.0 / distance
-        nx = (qx - cx) * inverse
-        ny = (qy - cy) * inverse
+        nx, ny = (qx - cx) * inverse, (qy - cy) * inverse
         px, py, pz = axial.to_plane_frame(space, wheel, qx, qy, qz)
         arm = forces.mass_centre_arm(model.chain, work, body, px, py)
         velocity = forces.point_velocity(state, work, space, body, (px, py, pz), arm, prediction)
@@ -155,8 +150,7 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
         cx, cy, cz = axial.wheel_centre(model, space, wheel)
         for pitch in range(shoes.link_body.shape[0]):
             body = shoes.arc_body[2 * pitch]
-            middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])
-            x, y = on_pin_line(work, body, middle)
+            x, y = on_pin_line(work, body, 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1]))
             lx, ly, lz = axial.to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
             if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
                 continue
@@ -179,25 +173,15 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
     """Compute contact loads on bodies and wheels at the present state.
 
-    ``space`` is ``work.space`` with the wheels as seen from the plane (`integrate.plane.update_frame`); with
-    ``implicit`` the forces are extrapolated to the end of the step and their slopes summed for the linearly implicit
-    sweep.
+    With ``implicit`` the forces are extrapolated to the end of the step, and their slopes summed for the sweep;
+    ``space`` must be up to date (`integrate.plane.update_frame`).
     """
-    work.force_x[:] = 0.0
-    work.force_y[:] = 0.0
-    work.moment[:] = 0.0
-    work.wheel_torque[:] = 0.0
-    work.carried[:] = 0.0
+    work.force_x[:] = work.force_y[:] = work.moment[:] = work.wheel_torque[:] = work.carried[:] = 0.0
     work.count[0] = 0
     if implicit is not None:
-        implicit.inertia[:] = 0.0
-        implicit.couple[:] = 0.0
-        implicit.wheel_inertia[:] = 0.0
+        implicit.inertia[:] = implicit.couple[:] = implicit.wheel_inertia[:] = 0.0
     if space is not None:
-        space.force_z[:] = 0.0
-        space.moment_x[:] = 0.0
-        space.moment_y[:] = 0.0
-        space.wheel_load[:, :] = 0.0
+        space.force_z[:] = space.moment_x[:] = space.moment_y[:] = space.wheel_load[:] = 0.0
     neighbours.update(model, state, work, space)
     if model.tooth.present:
         tooth_loads(model, state, work, space, implicit)

@@ -1,7 +1,7 @@
 """One contact: motion of its point, forces of its laws, and their loads (Eqs. 8 to 11, 31, 32, 38, 39).
 
-Points and normals are in the frame of the wheel that is touched (`contact.axial`), which in the plane is the inertial
-one. ``implicit`` is the work of a linearly implicit step or None, ``space`` that of motion in space or None.
+Points and normals are in the frame of the touched wheel (`contact.axial`), in the plane the inertial one. ``implicit``
+is the work of a linearly implicit step or None, ``space`` that of motion in space or None.
 """
 
 from typing import NamedTuple
@@ -13,8 +13,8 @@ from trackdyn.jit import inlined, kernel
 from trackdyn.model.arrays import GUIDE, OFFSET, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
 
-# Fraction of a linearly implicit step at which contact depths are taken: half way is stable for any
-# stiffness and loses half the energy that the end of the step would.
+# Fraction of a linearly implicit step at which contact depths are taken: half is stable for any stiffness and
+# dissipates half as much as the end of the step.
 AHEAD = 0.5
 # Fraction of the last step's change that other steps of order 1 add to velocities: damping forces would otherwise lag
 # half a step behind the positions.
@@ -75,15 +75,15 @@ def point_velocity(state, work, space, body, point, arm, prediction):
 
 
 @kernel
-def wheel_velocity(state: State, carriers, wheel, past):
+def wheel_velocity(state: State, suspensions, wheel, past):
     """Return the velocity of a wheel's centre, m/s, 0 without a suspension; ``past`` is the weight of the last step."""
-    k = carriers.of_wheel[wheel]
+    k = suspensions.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
     # the direction is that of the step before: an arm's rotation in one step is lost in rounding of the velocity
-    carrier = state.slide[k]
-    rate = (1.0 - past) * carrier["rate"] + past * carrier["rate_before"]
-    return rate * carrier["along_x"], rate * carrier["along_y"]
+    suspension = state.suspension[k]
+    rate = (1.0 - past) * suspension["rate"] + past * suspension["rate_before"]
+    return rate * suspension["along_x"], rate * suspension["along_y"]
 
 
 @kernel
@@ -92,9 +92,8 @@ def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
 
     ``velocity`` is that of the body's point in the plane's frame, ``ox, oy`` the point from the wheel's centre, m.
     """
-    vx, vy, vz = velocity
-    vx, vy, vz = to_wheel_frame(space, wheel, vx, vy, vz)
-    tx, ty = wheel_velocity(state, model.carriers, wheel, 0.0)
+    vx, vy, vz = to_wheel_frame(space, wheel, velocity[0], velocity[1], velocity[2])
+    tx, ty = wheel_velocity(state, model.suspensions, wheel, 0.0)
     rate = state.wheel_rate[wheel]
     return vx - tx + rate * oy, vy - ty - rate * ox, vz
 
@@ -122,10 +121,8 @@ def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
     the forces against a unit acceleration along normal and tangent, kg.
     """
     body, wheel, nx, ny = point.body, point.wheel, point.normal_x, point.normal_y
-    rx = x - work.pin_x[body]
-    ry = y - work.pin_y[body]
-    m1 = rx * ny - ry * nx
-    m2 = rx * nx + ry * ny
+    rx, ry = x - work.pin_x[body], y - work.pin_y[body]
+    m1, m2 = rx * ny - ry * nx, rx * nx + ry * ny
     inertia = implicit.inertia[body]
     inertia[0] += normal * nx * nx + friction * ny * ny
     inertia[1] += (normal - friction) * nx * ny
@@ -149,13 +146,11 @@ def add_in_space(space, point, arm, load, from_centre, wheel_load):
     ``arm`` from the body's mass centre (m) and ``load`` (N) are in the plane's frame, ``from_centre`` of the wheel and
     ``wheel_load`` the same force in the wheel's.
     """
-    ax, ay, az = arm
-    fx, fy, fz = load
+    (ax, ay, az), (fx, fy, fz) = arm, load
+    (ox, oy, oz), (wx, wy, wz) = from_centre, wheel_load
     space.force_z[point.body] += fz
     space.moment_x[point.body] += ay * fz - az * fy
     space.moment_y[point.body] += az * fx - ax * fz
-    ox, oy, oz = from_centre
-    wx, wy, wz = wheel_load
     reaction = space.wheel_load[point.wheel]
     reaction[0] -= wx
     reaction[1] -= wy
@@ -173,8 +168,7 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
     centre in the wheel's frame, m; ``velocity`` is that of the body's point, m/s; ``force`` has its normal, tangential
     and axial components and ``guide`` is the axial force of a guide, N.
     """
-    (x, y, z), (ax, ay), (ox, oy) = places
-    normal, friction, axial = force
+    ((x, y, z), (ax, ay), (ox, oy)), (normal, friction, axial) = places, force
     wheel, nx, ny = point.wheel, point.normal_x, point.normal_y
     row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, normal * nx, normal * ny, guide)
     row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
@@ -193,10 +187,9 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
 
 @kernel
 def shear_after_step(model: Model, state: State, point: ContactPoint, law: Law, slip, normal):
-    """Return the elastic displacement of a link along a wheel under Dahl's law at this state, m.
+    """Return the elastic displacement of a link along a wheel under Dahl's law at this state, m; 0 where it begins.
 
-    Taken over the last step at the slip (m/s) of the velocity that moved the link in it, and once a step. A contact
-    that begins has none.
+    It is advanced once a step, over the last step at the slip (m/s) of the velocity that moved the link in it.
     """
     k = point.slot - state.tooth_impact.shape[0]
     passed = state.steps[0] - state.shear[1, k]
@@ -223,14 +216,10 @@ def shear_energy(model: Model, state: State, wheel):
 
 @kernel
 def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
-    """Add the forces at ``point`` under ``penetration`` to the loads and the contact list.
-
-    Returns the normal force at this state, N.
-    """
+    """Add the forces at ``point`` under ``penetration`` to loads and contact list; return the normal force now, N."""
     law, body, wheel, nx, ny = penetration.law, point.body, point.wheel, point.normal_x, point.normal_y
 
-    # motion of the body's point, and its slip with the velocity led ahead: along tau = z x n (Eqs. 31, 38 with the
-    # links' own rotation) and along the axis (Eqs. 32, 39)
+    # slip of the predicted velocity: along tau = z x n (Eqs. 31, 38 with the links' own rotation), and axial (32, 39)
     x, y, z = to_plane_frame(space, wheel, point.x, point.y, point.z)
     ax, ay = mass_centre_arm(model.chain, work, body, x, y)
     vx, vy, vz = point_velocity(state, work, space, body, (x, y, z), (ax, ay), 0.0)
@@ -254,7 +243,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
         shear = shear_after_step(model, state, point, law, nx * passed[1] - ny * passed[0], present)
     row = work.contact[work.count[0]]
     if implicit is not None:
-        # terms proportional to the accelerations of the step go into the sweep
+        # terms proportional to the step's accelerations go into the sweep
         normal, normal_slope = normal_ahead(present, stiffness, damping, speed, model.step)
         if law.shear_stiffness > 0.0:
             shear, shear_slope = sheared(law, shear, slip, normal, model.step)
@@ -268,7 +257,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     if law.shear_stiffness > 0.0:
         friction = -law.shear_stiffness * shear
     elif penetration.slip_compliance > 0.0:
-        # the predicted slip contains the friction of the step before; the change acts by the secant of Eq. 10
+        # the predicted slip contains the last step's friction; its change acts by the secant of Eq. 10
         resisted = friction_secant(penetration.slip_compliance * normal, mu, slip)
         friction = (friction + resisted * work.friction[1, point.slot]) / (1.0 + resisted)
     if point.kind != GUIDE:
@@ -276,9 +265,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     axial = -normal * axial_mu
 
     # onto body, wheel and list
-    wx = normal * nx - friction * ny
-    wy = normal * ny + friction * nx
-    wz = axial + penetration.guide
+    wx, wy, wz = normal * nx - friction * ny, normal * ny + friction * nx, axial + penetration.guide
     fx, fy, fz = to_plane_frame(space, wheel, wx, wy, wz)
     work.force_x[body] += fx
     work.force_y[body] += fy

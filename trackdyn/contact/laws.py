@@ -84,10 +84,10 @@ def tanh(x):
 def sheared(law: Law, shear, slip, normal, step):
     """Return Dahl's elastic displacement (m) after ``step`` seconds of a slip (m/s), and its slope with the slip (s).
 
-    The surface gives way by ``shear`` before it slides: the friction force is ``-k shear`` with the shear stiffness k,
-    and ``d shear / dt = slip - |slip| shear / limit`` with the ``limit`` mu_s N / k at which all of it slides
-    (P. R. Dahl, AIAA Journal 14 (1976) 1675, his exponent 1). Under a constant ``normal`` force (N) and slip this is
-    the exact solution. The force depends on the path of the link, not on its speed.
+    The surface shears by ``shear`` before it slides: the friction force is ``-k shear`` with the shear stiffness k, and
+    ``d shear / dt = slip - |slip| shear / limit`` with the ``limit`` mu_s N / k of full sliding (P. R. Dahl, AIAA
+    Journal 14 (1976) 1675, exponent 1). The solution is exact for a constant ``normal`` force (N) and slip. The force
+    depends on the path of the link, not on its speed.
     """
     limit = law.friction_static * normal / law.shear_stiffness
     if limit <= 0.0:
@@ -112,9 +112,7 @@ def friction_coefficient(law: Law, slip):
 @kernel
 def stored_impact_speed(stored, speed, floor):
     """Return the initial impact velocity of a contact: the stored one, or ``speed`` (m/s) if it begins now."""
-    if stored > 0.0:
-        return stored
-    return max(abs(speed), floor)
+    return stored if stored > 0.0 else max(abs(speed), floor)
 
 
 @kernel
@@ -129,7 +127,7 @@ def groove_index(teeth, x, y):
 
 @kernel
 def in_groove(tooth: Tooth, k, cos, sin, x, y):
-    """Return the direction of groove k of a sprocket turned by ``cos, sin``, and a point in its frame; 0 holds none."""
+    """Return the direction of groove k (0: none) of a sprocket turned by ``cos, sin``, and a point in its frame."""
     if k == 0:
         return 1.0, 0.0, 1.0, 0.0
     ck = cos * tooth.groove_cos[k - 1] - sin * tooth.groove_sin[k - 1]
@@ -150,8 +148,7 @@ def find_area(tooth: Tooth, x, y):
     areas = tooth.radius.shape[0]
     for step in range((areas + 1) // 2):
         j = step if left else areas - 1 - step
-        ex = x - tooth.centre_x[j]
-        ey = y - tooth.centre_y[j]
+        ex, ey = x - tooth.centre_x[j], y - tooth.centre_y[j]
         along = ex * tooth.direction_x[j] + ey * tooth.direction_y[j]
         if along <= 0.0:  # more than 90 degrees off u_j
             continue
@@ -172,18 +169,15 @@ def find_area(tooth: Tooth, x, y):
 
 
 @kernel
-def foot(ax, ay, bx, by, cx, cy):
-    """Return the closest point of a segment to the wheel's centre C (``cx, cy``): vertical, left-end or right-end case.
+def closest_point(ax, ay, bx, by, cx, cy):
+    """Return the closest point of a segment AB to the wheel's centre C: vertical, left-end or right-end case.
 
-    The segment has the ends A (``ax, ay``) and B (``bx, by``), m. Returns the parameter of the closest point before it
-    is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact point Q on AB and its distance from C, m.
+    Returns the parameter of the closest point before it is limited (0 to 1 vertical, below 0 end A, above 1 end B),
+    the contact point Q on AB and its distance from C, m.
     """
-    ux = bx - ax
-    uy = by - ay
+    ux, uy = bx - ax, by - ay
     s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)
     limited = min(max(s, 0.0), 1.0)
-    qx = ax + limited * ux
-    qy = ay + limited * uy
-    dx = qx - cx
-    dy = qy - cy
+    qx, qy = ax + limited * ux, ay + limited * uy
+    dx, dy = qx - cx, qy - cy
     return s, qx, qy, sqrt(dx * dx + dy * dy)

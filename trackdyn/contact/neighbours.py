@@ -1,8 +1,8 @@
 """Neighbour lists: arcs and links close to a wheel, valid until something has moved too far.
 
 A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs
-closer than ``MARGIN`` to their contact and are made anew as soon as the motion of pins, wheels and the chain's plane
-together could exceed it (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
+closer than ``MARGIN`` to their contact and are made anew once the motion of pins, wheels and the chain's plane together
+could exceed it (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
 """
 
 from math import sqrt
@@ -24,15 +24,13 @@ PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 def update(model: Model, state: State, work: Work, space):
     """Make the lists anew if they no longer hold; an arc or link that leaves them has no contact."""
     work.candidates.count[2] = 0
-    if _hold(model, state, work, space):
+    if _valid(model, state, work, space):
         return
     candidates, shoes, tooth, wheels = work.candidates, model.shoes, model.tooth, model.wheels
     for i in range(work.pin_x.shape[0]):
-        candidates.pin_x[i] = work.pin_x[i]
-        candidates.pin_y[i] = work.pin_y[i]
+        candidates.pin_x[i], candidates.pin_y[i] = work.pin_x[i], work.pin_y[i]
     for wheel in range(wheels.x.shape[0]):
-        candidates.wheel[wheel, 0] = wheels.x[wheel]
-        candidates.wheel[wheel, 1] = wheels.y[wheel]
+        candidates.wheel[wheel, 0], candidates.wheel[wheel, 1] = wheels.x[wheel], wheels.y[wheel]
     if space is not None:
         for r in range(3):
             for k in range(3):
@@ -43,15 +41,13 @@ def update(model: Model, state: State, work: Work, space):
             size = max(size, work.pin_x[i] ** 2 + work.pin_y[i] ** 2)
         candidates.plane[3, 1] = sqrt(size) + MARGIN  # largest distance moved per radian of the plane, m
     z = height(state, space)
+    mx, my, mz = centre_in_plane(model, space, SPROCKET)
     arcs = 0
     for arc in range(shoes.arc_body.shape[0]):
-        body = shoes.arc_body[arc]
-        mx, my, mz = centre_in_plane(model, space, SPROCKET)
-        x, y = on_pin_line(work, body, shoes.arc_x[arc])
+        x, y = on_pin_line(work, shoes.arc_body[arc], shoes.arc_x[arc])
         lx, ly, _ = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         if model.tooth.present and lx * lx + ly * ly <= (tooth.addendum + tooth.arc_radius + MARGIN) ** 2:
-            candidates.arc[arcs] = arc
-            arcs += 1
+            candidates.arc[arcs], arcs = arc, arcs + 1
         else:
             work.tooth_area[arc] = work.tooth_groove[arc] = 0
             work.tooth_force[arc] = state.tooth_impact[arc] = 0.0
@@ -65,30 +61,25 @@ def update(model: Model, state: State, work: Work, space):
             cx, cy, _ = wheel_centre(model, space, wheel)
             reach = wheels.radius[wheel] + wheels.half_thickness + half + MARGIN
             if wheels.present[wheel] and (x - cx) ** 2 + (y - cy) ** 2 < reach * reach:
-                candidates.link[links, 0] = link
-                candidates.link[links, 1] = wheel
+                candidates.link[links, 0], candidates.link[links, 1] = link, wheel
                 links += 1
             else:
                 work.wheel_force[link, wheel] = state.wheel_impact[link, wheel] = 0.0
-    candidates.count[0] = arcs
-    candidates.count[1] = links
-    candidates.count[2] = 1
+    candidates.count[0], candidates.count[1], candidates.count[2] = arcs, links, 1
 
 
 @kernel
-def _hold(model: Model, state: State, work: Work, space):
-    """Return whether the motion since the lists were made is within the margin."""
+def _valid(model: Model, state: State, work: Work, space):
+    """Return whether the lists exist and the motion since they were made is within the margin."""
     candidates = work.candidates
     if candidates.count[0] < 0:
         return False
     far = 0
     for i in range(work.pin_x.shape[0]):
-        x = work.pin_x[i] - candidates.pin_x[i]
-        y = work.pin_y[i] - candidates.pin_y[i]
+        x, y = work.pin_x[i] - candidates.pin_x[i], work.pin_y[i] - candidates.pin_y[i]
         far += not x * x + y * y <= (PINS * MARGIN) ** 2
     for wheel in range(candidates.wheel.shape[0]):
-        x = model.wheels.x[wheel] - candidates.wheel[wheel, 0]
-        y = model.wheels.y[wheel] - candidates.wheel[wheel, 1]
+        x, y = model.wheels.x[wheel] - candidates.wheel[wheel, 0], model.wheels.y[wheel] - candidates.wheel[wheel, 1]
         far += not x * x + y * y <= (WHEELS * MARGIN) ** 2
     if space is not None:
         turned = 0.0

@@ -9,9 +9,8 @@ from trackdyn.model.constants import SPROCKET
 def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
     """Open, extend or close the interval of every contact of the sprocket after a step.
 
-    The force at ``time`` is taken to act for one ``step``. A row that finds no room is counted but
-    not kept, so that the caller can tell. Arcs and links away from the sprocket are checked only when the lists of
-    `contact.neighbours` are new: they may have left the lists in contact.
+    The force at ``time`` acts for one ``step`` (s). An interval beyond the last row is only counted. Arcs and links
+    away from the sprocket are checked when the lists of `contact.neighbours` are new: they may have left in contact.
     """
     candidates = work.candidates
     if candidates.count[2]:
@@ -42,29 +41,17 @@ def _log(contact_log: ContactLog, state: State, work: Work, i, when):
         k = contact_log.count[0]
         if k < contact_log.rows.shape[0]:
             contact_log.rows[k] = entry
-        contact_log.count[0] = k + 1
-        entry["end_s"] = 0.0
-        begun = False
+        contact_log.count[0], entry["end_s"], begun = k + 1, 0.0, False
     if force <= 0.0:
         return
     if not begun:
-        entry["pitch"] = pitch
-        entry["side"] = side
-        entry["groove"] = groove
-        entry["areas"] = 0.0
-        entry["start_s"] = time
-        entry["peak_n"] = 0.0
-        entry["impulse_ns"] = 0.0
-        entry["square_n2s"] = 0.0
-        last[0] = 0.0
-        last[1] = 0.0
+        entry["pitch"], entry["side"], entry["groove"], entry["start_s"] = pitch, side, groove, time
+        entry["areas"] = entry["peak_n"] = entry["impulse_ns"] = entry["square_n2s"] = last[0] = last[1] = 0.0
     entry["end_s"] = time + step
     if force > entry["peak_n"]:
-        entry["peak_n"] = force
-        entry["peak_s"] = time
+        entry["peak_n"], entry["peak_s"] = force, time
     _peak_between(entry, last, force, when)
-    last[1] = last[0]
-    last[0] = force
+    last[0], last[1] = force, last[0]
     entry["impulse_ns"] += force * step
     entry["square_n2s"] += force * force * step
     if side < 2:
@@ -75,8 +62,8 @@ def _log(contact_log: ContactLog, state: State, work: Work, i, when):
 def _peak_between(entry, last, force, when):
     """Raise the peak to the vertex of the parabola through the last three forces, if the middle one is their largest.
 
-    A peak passes between two steps: of a sine whose period is nine steps the largest step misses 2 % on average. Where
-    a neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step is kept.
+    The largest of nine steps a period misses 2 % of a sine's peak on average. Where a neighbour is less than half of
+    the middle one, the steps do not resolve the peak, and the largest force remains.
     """
     time, step = when
     before, middle = last[1], last[0]

@@ -2,7 +2,7 @@
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
-from trackdyn.chain.kinematics import add_moments, bushing_torques, damping_weight
+from trackdyn.chain.kinematics import add_maxwell_moments, bushing_torques, damping_weight
 from trackdyn.contact.detect import contact_loads
 from trackdyn.integrate.plane import update_frame
 from trackdyn.jit import kernel
@@ -18,7 +18,7 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
     contact_loads(model, state, work, space, implicit)
     ahead = 0.0 if implicit is None else model.step
     bushing_torques(model.chain, state, work, ahead)
-    add_moments(state, work, ahead, model.branches)
+    add_maxwell_moments(state, work, ahead, model.maxwell)
 
 
 @kernel
@@ -49,11 +49,9 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
             riccati.close(1.0 / stiff, force_x / stiff, force_y / stiff, work.torque[-1], damping, sweep)
         else:
             sweep.load[0], sweep.load[1], sweep.load[2], sweep.load[3] = force_x, force_y, work.torque[-1], 1.0
-    last = model.sensors.body[0]  # whose pin a sensor or `finish_forces` asks for
+    last = 0 if implicit is None else state.rate.shape[0] - 1  # body whose pin a sensor or `finish_forces` needs
     for body in model.sensors.body:
         last = max(last, body)
-    if implicit is not None:
-        last = state.rate.shape[0] - 1
     riccati.accelerate(chain, state, work, last)
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from trackdyn.chain.kinematics import bearing_drag, joint_angles, joint_differences, mass_centre, stored
+from trackdyn.chain.kinematics import bearing_drag, joint_angles, joint_differences, mass_centre, maxwell_energy
 from trackdyn.contact.forces import shear_energy, wheel_velocity
-from trackdyn.integrate.carriers import carrier_energy
+from trackdyn.integrate.suspensions import suspension_energies
 from trackdyn.jit import kernel
 from trackdyn.model import arrays
 from trackdyn.model.arrays import FLANK, OFFSET, RING, SPEED, ImplicitWork, P, Q, State, Work
@@ -12,7 +12,7 @@ from trackdyn.model.constants import SPROCKET, Model
 
 
 @kernel
-def _add_work(out, first, row, body, wheel, step):
+def _add_contact_work(out, first, row, body, wheel, step):
     """Add the work of a contact over a step (s) to ``out`` from ``first`` on, by its kind.
 
     ``body`` and ``wheel`` are the velocities of the two points that touch, m/s; a row has no z components in the plane.
@@ -33,14 +33,13 @@ def _add_work(out, first, row, body, wheel, step):
 
 
 @kernel
-def account(model: Model, state: State, work: Work, damping_weight, space):
-    """Add the work of every force over the last step: positions at the start, the mean of the velocities.
+def add_work(model: Model, state: State, work: Work, damping_weight, space):
+    """Add the work of every force over the last step: positions at its start, the mean of the velocities.
 
-    The velocities after the step are taken in the configuration before it. Then joint forces do no
-    work, as they should, and the work of all other forces is the change of kinetic energy of the
-    discrete motion: the residual of the balance shows errors of the equations and of the path, not
-    of the quadrature. The damping of the bushings acts with the velocities at the fraction ``damping_weight`` of the
-    step. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
+    The velocities after the step are taken in the configuration before it. Joint forces then do no work, and the work
+    of the others is the change of kinetic energy of the discrete motion: the residual of the balance shows errors of
+    the equations and of the path, not of the quadrature. Bushings are damped with the velocities at the fraction
+    ``damping_weight`` of the step. Axial friction counts as friction of its surface, guides as normal forces.
     """
     chain, h, done = model.chain, model.step, state.work_done
     for k in range(work.count[0]):
@@ -50,7 +49,7 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
         vx = row["speed_x"] + 0.5 * (work.com_dvx[body] - dw * row["arm_y"])
         vy = row["speed_y"] + 0.5 * (work.com_dvy[body] + dw * row["arm_x"])
         ww = 0.5 * (row["rate"] + state.wheel_rate[row["wheel"]])
-        tx, ty = wheel_velocity(state, model.carriers, row["wheel"], 0.5)
+        tx, ty = wheel_velocity(state, model.suspensions, row["wheel"], 0.5)
         vz = sz = 0.0
         if space is not None:
             dvz, dp, dq = space.change[0], space.change[1], space.change[2]
@@ -58,7 +57,7 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
             vy -= 0.5 * dp * row["arm_z"]
             vz = row["speed_z"] + 0.5 * (dvz + dp * row["pin_y"] - dq * row["pin_x"])
             sz = ww * row["spin_z"]
-        _add_work(done, 0, row, (vx, vy, vz), (ww * row["spin_x"] + tx, ww * row["spin_y"] + ty, sz), h)
+        _add_contact_work(done, 0, row, (vx, vy, vz), (ww * row["spin_x"] + tx, ww * row["spin_y"] + ty, sz), h)
     joint_differences(state.rate, work.joint_difference)
     loss = 0.0
     for i in range(state.rate.shape[0]):
@@ -69,24 +68,17 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
 
 @kernel
 def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
-    """Complete contact forces of a linearly implicit step with the terms of its accelerations.
-
-    The rows of the contact list hold the forces led ahead without it. Called between the sweep and the step.
-    """
-    chain = model.chain
+    """Add the terms of the accelerations of a linearly implicit step to the contact list, between sweep and step."""
     for k in range(work.count[0]):
         row = work.contact[k]
         fn = np.sqrt(row["normal_x"] * row["normal_x"] + row["normal_y"] * row["normal_y"])
         if fn == 0.0:
             continue
         body, wheel = row["body"], row["wheel"]
-        nx = row["normal_x"] / fn
-        ny = row["normal_y"] / fn
-        gx, gy = mass_centre(chain, work, body)
-        rx = row["arm_x"] + gx
-        ry = row["arm_y"] + gy
-        px = work.pin_ax[body] - work.alpha[body] * ry
-        py = work.pin_ay[body] + work.alpha[body] * rx
+        nx, ny = row["normal_x"] / fn, row["normal_y"] / fn
+        gx, gy = mass_centre(model.chain, work, body)
+        px = work.pin_ax[body] - work.alpha[body] * (row["arm_y"] + gy)
+        py = work.pin_ay[body] + work.alpha[body] * (row["arm_x"] + gx)
         own = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["spin_y"] * nx - row["spin_x"] * ny)
         normal = -row["normal_slope"] * (nx * px + ny * py)
         friction = -row["friction_slope"] * (nx * py - ny * px - own)
@@ -104,7 +96,7 @@ def powers(model: Model, state: State, work: Work, out, first):
     for k in range(work.count[0]):
         row = work.contact[k]
         wheel = row["rate"] * row["spin_x"], row["rate"] * row["spin_y"], 0.0
-        _add_work(out, first, row, (row["speed_x"], row["speed_y"], 0.0), wheel, 1.0)
+        _add_contact_work(out, first, row, (row["speed_x"], row["speed_y"], 0.0), wheel, 1.0)
     for i in range(state.rate.shape[0]):
         out[first + arrays.BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
     for wheel in range(1, model.wheels.x.shape[0]):
@@ -128,15 +120,15 @@ def energies(model: Model, state: State, work: Work, space, out):
         elastic += 0.5 * chain.stiffness * (work.joint_difference[i] - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
-    # friction that a wheel's surface stores as it gives way is not lost, until the link leaves or slides
+    # friction stored in a wheel's surface under shear is lost only when the link leaves or slides
     for wheel in range(model.wheels.x.shape[0]):
         stored_shear = shear_energy(model, state, wheel)
         out[arrays.RING_FRICTION if wheel == SPROCKET else arrays.WHEEL_FRICTION] -= stored_shear
         elastic += stored_shear
-    sliding, spring, lifted = carrier_energy(model, state, model.carriers)
+    sliding, spring, lifted = suspension_energies(model, state, model.suspensions)
     out[arrays.KINETIC] = kinetic + sliding
     out[arrays.GRAVITY] = gravity + lifted
-    out[arrays.BUSHING_ELASTIC] = elastic + spring + stored(state, model.branches)
+    out[arrays.BUSHING_ELASTIC] = elastic + spring + maxwell_energy(state, model.maxwell)
     if space is not None:
         _add_plane(model, state, work, space, out)
 
@@ -152,11 +144,9 @@ def _add_plane(model: Model, state: State, work: Work, space, out):
     for i in range(state.rate.shape[0]):
         c, s = work.cos[i], work.sin[i]
         gx, gy = mass_centre(chain, work, i)
-        x = work.pin_x[i] + gx
-        y = work.pin_y[i] + gy
+        x, y = work.pin_x[i] + gx, work.pin_y[i] + gy
         v = motion[SPEED] + p * (y - state.pin[1]) - q * (x - state.pin[0])
-        own_x = c * p + s * q  # the plane's angular velocity along the pin line and across it
-        own_y = c * q - s * p
+        own_x, own_y = c * p + s * q, c * q - s * p  # the plane's angular velocity along and across the pin line
         kinetic += 0.5 * (chain.mass[i] * v * v + along[i] * own_x * own_x + across[i] * own_y * own_y)
         lifted += chain.mass[i] * chain.gravity * (a[1, 0] * x + (a[1, 1] - 1.0) * y + a[1, 2] * z)
     out[arrays.KINETIC] += kinetic

@@ -1,8 +1,4 @@
-"""Integrators and their properties.
-
-An explicit Runge-Kutta method is defined by its tableau. The two methods of order 1 share the step of
-`integrate.semi_implicit`; the linearly implicit one brings the arrays of its sweep (`chain.implicit`).
-"""
+"""Integrators and their properties: explicit Runge-Kutta methods by their tableau, others by flags."""
 
 from collections.abc import Sequence
 from math import inf

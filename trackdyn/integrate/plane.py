@@ -1,13 +1,13 @@
 """Motion of the loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
 
-The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P
-to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which does not turn about the
-normal. Motion within the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
-w_i)`` in P components. Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
+The plane has a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P to inertial)
+by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, without rotation about the normal. Motion
+within the plane is described as planar motion; body i has the angular velocity ``(p, q, w_i)`` in P components.
+Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
 
-All vectors are held in P components, positions counted from the inertial origin (``A_P^T R``): the pin's
-position and velocity are ``(pin[0], pin[1], motion[0])`` and ``(pin[2], pin[3], motion[1])``. They turn
-back when P turns (`turn_plane`); a plane at rest adds exact zeros to the planar motion.
+Vectors are in P components, positions from the inertial origin (``A_P^T R``): the pin's position and velocity are
+``(pin[0], pin[1], motion[0])`` and ``(pin[2], pin[3], motion[1])``. They turn back when P turns (`turn_plane`); a plane
+at rest adds exact zeros to the planar motion.
 
 With ``r = (x, y, 0)`` from the pin, ``u = p y - q x`` and ``A_0`` the acceleration of the pin,
 
@@ -72,10 +72,8 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
     for i in range(rate.shape[0]):
         c, s, w, m = cos[i], sin[i], rate[i], mass[i]
         gx, gy = mass_centre(chain, work, i)
-        x = pin_x[i] - px + gx
-        y = pin_y[i] - py + gy
-        ixx = along[i] * c * c + across[i] * s * s
-        iyy = along[i] * s * s + across[i] * c * c
+        x, y = pin_x[i] - px + gx, pin_y[i] - py + gy
+        ixx, iyy = along[i] * c * c + across[i] * s * s, along[i] * s * s + across[i] * c * c
         ixy = (along[i] - across[i]) * s * c
         lz = inertia[i] * w
         # I_perp' = w (A_z' diag A_z^T + ...): I_xx' = -2 w I_xy, I_yy' = 2 w I_xy, I_xy' = w (I_xx - I_yy)
@@ -108,8 +106,7 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     for i in range(state.rate.shape[0]):
         c, s, m = work.cos[i], work.sin[i], chain.mass[i]
         gx, gy = mass_centre(chain, work, i)
-        x = work.pin_x[i] - state.pin[0] + gx
-        y = work.pin_y[i] - state.pin[1] + gy
+        x, y = work.pin_x[i] - state.pin[0] + gx, work.pin_y[i] - state.pin[1] + gy
         u = p * y - q * x
         work.force_x[i] += m * (gravity_x - q * u)
         work.force_y[i] += m * (gravity_y + p * u)
@@ -125,8 +122,8 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
 def turn_plane(model: Model, state: State, space: SpaceWork):
     """Advance the plane by semi-implicit Euler, after the pin's position and velocity in the plane.
 
-    Velocities first, then the offset and the attitude by the exact rotation ``exp(h (p, q, 0))``; the
-    components of the pin's position and velocity are turned back by it.
+    Velocities come first, then offset and attitude by the exact rotation ``exp(h (p, q, 0))``; it turns the components
+    of the pin's position and velocity back.
     """
     motion, e, step = state.plane.motion, state.plane.attitude, model.step
     for k in range(3):
@@ -138,17 +135,14 @@ def turn_plane(model: Model, state: State, space: SpaceWork):
     if omega == 0.0:
         return
     half = sine(0.5 * step * omega)
-    first = sine(step * omega) / omega
-    second = 2.0 * half * half / (omega * omega)
+    first, second = sine(step * omega) / omega, 2.0 * half * half / (omega * omega)
     for k in range(2):  # position, velocity: v - first (Omega x v) + second (Omega x (Omega x v))
         x, y, z = state.pin[2 * k], state.pin[2 * k + 1], motion[k]
         u = p * y - q * x
         state.pin[2 * k] = x - first * q * z + second * q * u
         state.pin[2 * k + 1] = y + first * p * z - second * p * u
         motion[k] = z - first * u - second * omega * omega * z
-    c = sqrt(1.0 - half * half)
-    d1 = half * p / omega
-    d2 = half * q / omega
+    c, d1, d2 = sqrt(1.0 - half * half), half * p / omega, half * q / omega
     e0, e1, e2, e3 = e[0], e[1], e[2], e[3]
     e[0] = e0 * c - e1 * d1 - e2 * d2
     e[1] = e1 * c + e0 * d1 - e3 * d2

@@ -1,29 +1,28 @@
 """Time loop: samples of equal length, each of one or more steps, and their record.
 
-A feature that a scene lacks is None when a kernel is compiled, and its code is left out: an ordinary run has no code
-for motion in space or for other integrators. Every such choice doubles the code to compile. Features that cost no time
-when absent have empty arrays, or zeros, instead.
+A feature that a scene lacks is None when a kernel is compiled, and its code is left out: a planar run has no code for
+motion in space. Every such choice doubles the code to compile. Features that cost no time when absent have empty
+arrays, or zeros, instead.
 """
 
 from collections.abc import Callable
 from math import sqrt
 
-from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
+from trackdyn.chain.kinematics import advance_maxwell, damping_weight, forward_kinematics, orient
 from trackdyn.inputs.errors import DivergenceError
-from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
-from trackdyn.integrate.energy import account, energies, finish_forces
+from trackdyn.integrate.energy import add_work, energies, finish_forces
 from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
+from trackdyn.integrate.suspensions import advance_suspensions
 from trackdyn.jit import direct, kernel
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, OptionalWork, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
-# Steps from one check of alternating motion to the next, each over three steps. A power of two, and seldom enough to
-# cost less than a hundredth of a step.
-BETWEEN_LOOKS = 16
+# Steps from one check for chatter to the next, each over three steps: a power of two that costs less than 1 % of a step
+CHATTER_INTERVAL = 16
 
 
 def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
@@ -32,8 +31,7 @@ def check_range(body: int, model: Model, state: State, phase: str = "the run") -
         single_pin = len(state.angle) == len(state.wheel_impact)
         name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
         raise DivergenceError(
-            f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
-            f"{name}; "
+            f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at {name}; "
             f"use a step smaller than {model.step:g} s, or check the rig"
         )
 
@@ -93,7 +91,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
         if stepped:
             if record.contact_log.rows.size:
                 log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
-            _watch(work)
+            _track_gap(work)
             left -= 1
             if left == 0:
                 _write_sample(model, state, work, record, sample, space)
@@ -102,7 +100,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if sample >= rows[1]:
                 return -1
             left = model.stride
-            _begin(model, state, work)
+            _begin_sample(model, state, work)
             if space is not None:
                 space.axial[:] = 0.0
         stepped = True
@@ -123,10 +121,10 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             turn_plane(model, state, space)
             if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
                 return 0
-        advance_carriers(model, state, work, model.carriers)
+        advance_suspensions(model, state, work, model.suspensions)
         forward_kinematics(model.chain, state, work)
-        account(model, state, work, weight, space)
-        relax(model, state, work, BUSHING_LOSS, model.branches)
+        add_work(model, state, work, weight, space)
+        advance_maxwell(model, state, work, BUSHING_LOSS, model.maxwell)
         if implicit is None:
             for arc in range(work.tooth_force.shape[0]):
                 work.tooth_before[arc] = work.tooth_force[arc]
@@ -139,18 +137,18 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
     """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of an explicit Runge-Kutta method."""
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
-        _begin(model, state, work)
+        _begin_sample(model, state, work)
         for _ in range(model.stride):
             bad = rk_step(model, state, work, record, stages)
             if bad >= 0:
                 return bad
-            _watch(work)
+            _track_gap(work)
         _write_sample(model, state, work, record, sample, None)
     return -1
 
 
 @kernel
-def _begin(model: Model, state: State, work: Work):
+def _begin_sample(model: Model, state: State, work: Work):
     """Reset the sums of a sample, and compute exact cosines and sines."""
     for sensor in range(model.sensors.body.shape[0]):
         for k in range(3):
@@ -161,8 +159,8 @@ def _begin(model: Model, state: State, work: Work):
 
 
 @kernel
-def _watch(work: Work):
-    """Keep the largest squares of the gap, of its rate and of the gap before the projection."""
+def _track_gap(work: Work):
+    """Update the largest squares of the gap, of its rate and of the gap before the projection."""
     cut, worst = work.cut, work.worst
     for k in range(3):
         worst[k] = max(worst[k], cut[2 * k] * cut[2 * k] + cut[2 * k + 1] * cut[2 * k + 1])
@@ -170,19 +168,17 @@ def _watch(work: Work):
 
 @kernel
 def _detect_chatter(model: Model, state: State, work: Work):
-    """Add to the measure of chatter, motion that alternates from step to step, once in sixteen steps.
+    """Add the motion that alternates from step to step to the sums of chatter, every `CHATTER_INTERVAL` steps.
 
-    The second difference of three successive steps is four times the amplitude of the alternating motion, and small
-    where the motion is resolved.
+    The second difference of three successive steps is four times its amplitude, and small where motion is resolved.
     """
-    phase = state.steps[0] % BETWEEN_LOOKS
+    phase = state.steps[0] % CHATTER_INTERVAL
     if phase > 2:
         return
     dvx, dvy, velocity_history = work.com_dvx, work.com_dvy, work.velocity_history
     if phase < 2:
         for i in range(dvx.shape[0]):
-            velocity_history[phase, 0, i] = dvx[i]
-            velocity_history[phase, 1, i] = dvy[i]
+            velocity_history[phase, 0, i], velocity_history[phase, 1, i] = dvx[i], dvy[i]
         return
     mass = model.chain.mass
     total = change = 0.0
@@ -204,8 +200,7 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
             rows.raw[sample, sensor, k] = work.sensed[sensor, k]
             rows.mean[sample, sensor, k] = work.sensed[sensor, 3 + k] / model.stride
     rows.gap[sample] = sqrt(work.worst[0])
-    rows.cut[sample, 0] = sqrt(work.worst[2])
-    rows.cut[sample, 1] = sqrt(work.worst[1])
+    rows.cut[sample, 0], rows.cut[sample, 1] = sqrt(work.worst[2]), sqrt(work.worst[1])
     body = model.sensors.body[0]
     middle = 0.5 * model.chain.length[body]
     rows.link_position[sample, 0] = work.pin_x[body] + middle * work.cos[body]
@@ -219,8 +214,7 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
         if work.wheel_force[link, SPROCKET] > 0.0:
             normal += work.wheel_force[link, SPROCKET]
             tangential += abs(work.friction[0, 2 * links + link * wheels + SPROCKET])
-    rows.ring_force[sample, 0] = normal
-    rows.ring_force[sample, 1] = tangential
+    rows.ring_force[sample, 0], rows.ring_force[sample, 1] = normal, tangential
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):
@@ -230,8 +224,7 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
         rows.force[sample, i, 2] = work.wheel_force[pitch, SPROCKET]
     if record.frame_stride > 0 and sample % record.frame_stride == 0:
         frame = sample // record.frame_stride
-        record.frame[frame, 0] = state.pin[0]
-        record.frame[frame, 1] = state.pin[1]
+        record.frame[frame, 0], record.frame[frame, 1] = state.pin[0], state.pin[1]
         for i in range(n):
             record.frame[frame, 2 + i] = state.angle[i]
         record.frame[frame, 2 + n] = state.wheel_angle[SPROCKET]
@@ -240,7 +233,7 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
             rows.plane[sample, k] = state.plane.motion[k]
             rows.plane[sample, 4 + k] = state.plane.attitude[k]
         for wheel in range(space.axial.shape[0]):
-            # the plane crosses the axis, direction (b20, b21, b22) in P, where its normal component is the offset
+            # on the axis, direction (b20, b21, b22) in P, the plane is where the normal component is the offset
             across = state.plane.motion[OFFSET] - space.centre[wheel, 2]
             rows.wheel_offset[sample, wheel] = across / space.relative[wheel, 2, 2]
             rows.axial_force[sample, wheel] = space.axial[wheel]

@@ -1,11 +1,11 @@
 """Explicit Runge-Kutta methods of the loop, with a fixed step.
 
-The closure is solved in every stage and projected, positions and velocities, after every step. The
-memory of a contact (its initial impact velocity) belongs to the state at the start of the step: the
-stages do not change it. Forces jump where a contact begins or changes its area; there the order is lost.
+The closure is solved in every stage; positions and velocities are projected after every step. Initial impact velocities
+of contacts are those at the start of the step in all stages. Forces jump where a contact begins or changes its area;
+there the order is lost.
 """
 
-from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
+from trackdyn.chain.kinematics import bearing_drag, forward_kinematics, maxwell_rates, orient
 from trackdyn.chain.riccati import closing_load, response_to
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
@@ -21,7 +21,7 @@ def _vectors(state):
     """Return the integrated arrays of the state, in the order of the packed one."""
     return (
         state.pin, state.angle, state.rate, state.wheel_angle, state.wheel_rate, state.work_done,
-        state.branch.reshape(state.branch.size),
+        state.maxwell.reshape(state.maxwell.size),
     )  # fmt: skip
 
 
@@ -61,8 +61,7 @@ def _unpack(state: State, start, slope, weight, last, step):
 @kernel
 def _derivative(model: Model, state: State, work: Work, time, out):
     """Write the derivative of the packed state at ``time`` (s) to ``out``, with the accelerations in ``work``."""
-    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    wheels = model.wheels
+    n, w, wheels = state.angle.shape[0], state.wheel_rate.shape[0], model.wheels
     out[0], out[1], out[2], out[3] = state.pin[2], state.pin[3], work.pin_ax[0], work.pin_ay[0]
     for i in range(n):
         out[4 + i] = state.rate[i]
@@ -76,7 +75,7 @@ def _derivative(model: Model, state: State, work: Work, time, out):
             torque = work.wheel_torque[wheel] - bearing_drag(wheels, wheel, rate, work.carried) * rate
             out[4 + 2 * n + w + wheel] = torque / wheels.inertia[wheel]
     powers(model, state, work, out, 4 + 2 * n + 2 * w)
-    add_rates(state, work, out, 4 + 2 * n + 2 * w, BUSHING_LOSS, model.branches)
+    maxwell_rates(state, work, out, 4 + 2 * n + 2 * w, BUSHING_LOSS, model.maxwell)
 
 
 @kernel
@@ -132,8 +131,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
             return i
     orient(state.angle, work.cos, work.sin)
     forward_kinematics(model.chain, state, work)
-    work.cut[4] = work.cut[0]
-    work.cut[5] = work.cut[1]
+    work.cut[4], work.cut[5] = work.cut[0], work.cut[1]
     if not model.closure.compliant:
         _project(model, state, work)
     for s in range(stages.b.shape[0] - 1, -1, -1):  # the mean over the step; the first stage comes last

@@ -6,8 +6,7 @@ form) by a load through the cut: the sweep has the chain's response to it, at tw
 without damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, where
 damping is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with
 velocities extrapolated by half of their last change (`contact.forces.PREDICTION`), on the teeth also by the effect of
-the force itself in this step (`contact.laws.implicit_speed`). Without that, forces that last a few steps come out a
-tenth too high.
+the force itself in this step (`contact.laws.implicit_speed`); otherwise forces of a few steps are a tenth too high.
 """
 
 from trackdyn.chain.kinematics import bearing_drag, orient, rotated
@@ -51,8 +50,8 @@ def _first_beyond(rate):
 def _rotate(angle, rate, step, cos, sin):
     """Turn every body by its rate over a step (s).
 
-    Cosine and sine follow by series: the next terms, a^7 / 5040 and a^8 / 40320, are below rounding up to
-    ``ROTATION_LIMIT``. Every sample starts from exact values again (`kinematics.orient`).
+    Cosine and sine follow by series, whose next terms, a^7 / 5040 and a^8 / 40320, are below rounding up to
+    ``ROTATION_LIMIT``. Every sample begins with exact values (`kinematics.orient`).
     """
     far = 0
     for i in range(angle.shape[0]):
@@ -80,8 +79,7 @@ def _project(model: Model, state: State, work: Work):
     for i in range(n):
         gx += chain.length[i] * cos[i]
         gy += chain.length[i] * sin[i]
-    work.cut[4] = gx
-    work.cut[5] = gy
+    work.cut[4], work.cut[5] = gx, gy
     if model.closure.compliant:
         gx = gy = 0.0  # a gap belongs to the model, it is no error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
@@ -135,11 +133,10 @@ def advance(model: Model, state: State, work: Work, implicit):
     """
     chain, h, n = model.chain, model.step, state.angle.shape[0]
     # change of velocity along the chain, in the configuration before the step (for the energy balance)
-    dvx = h * work.pin_ax[0]
-    dvy = h * work.pin_ay[0]
+    dvx, dvy = h * work.pin_ax[0], h * work.pin_ay[0]
     state.pin[2] += dvx
     state.pin[3] += dvy
-    # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
+    # loops without a branch or a sum from body to body are vectorized
     delta_omega, rate, cos, sin = work.delta_omega, state.rate, work.cos, work.sin
     for i in range(n):
         delta_omega[i] = h * work.alpha[i]

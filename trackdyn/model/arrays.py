@@ -15,16 +15,16 @@ def zeros(kind: type | np.dtype = float, /, **shapes: int | tuple[int, ...]) -> 
 
 
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
-# motion of a carrier: way or turn q from its rest position (m or rad), its rate and that before the last step, and the
-# direction in which the wheel moved in that step (`integrate.carriers.along`)
-SLIDE = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_x", "along_y")])
+# Motion of a suspension: coordinate q from its rest position (m or rad), its rate and that before the last step, and
+# the direction of the wheel's motion in that step (`integrate.suspensions.along`).
+SUSPENSION = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_x", "along_y")])
 
 
 class Plane(NamedTuple):
     """State of the plane of the chain (`integrate.plane`)."""
 
-    # (4,) offset and speed of the plane along its normal (m, m/s), z components of the pin's position and velocity; its
-    # angular velocities p and q (rad/s). All in its own frame
+    # (4,) offset and speed of the plane along its normal (z of the pin's position and velocity; m, m/s) and its angular
+    # velocities p, q (rad/s), in its own frame
     motion: np.ndarray
     attitude: np.ndarray  # (4,) Euler parameters of ``A_P``, the scalar first
 
@@ -34,32 +34,28 @@ class State(NamedTuple):
 
     steps: np.ndarray  # (1,) integers: steps taken; the time is ``steps * step``
     pin: np.ndarray  # (4,) position and velocity of the input pin of body 1 (m, m/s)
-    # angle, rate: (n,) orientation (rad) and angular velocity (rad/s) of the bodies
-    angle: np.ndarray
-    rate: np.ndarray
-    # wheel_angle, wheel_rate: (w,) the same of the wheels
-    wheel_angle: np.ndarray
+    angle: np.ndarray  # (n,) orientation of the bodies, rad
+    rate: np.ndarray  # (n,) their angular velocity, rad/s
+    wheel_angle: np.ndarray  # (w,) the same of the wheels
     wheel_rate: np.ndarray
-    # (2 p,) stored initial impact velocity of the left (even entries) and right (odd) arc of the ``p`` connectors, 0
-    # without contact, m/s
+    # (2 p,) initial impact velocity of the left (even entries) and right (odd) arcs, 0 without contact, m/s
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
-    # (2, p w) elastic displacement of a link along every wheel under Dahl's law (m), and ``steps`` when it was taken
-    shear: np.ndarray
+    shear: np.ndarray  # (2, p w) displacement of a link along every wheel under Dahl's law (m), and its ``steps``
     work_done: np.ndarray  # (8,) work by entry of the energy balance (`ENERGY_NAMES`), J
-    slide: np.ndarray  # (k,) a `SLIDE` of every carrier of a wheel
-    branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
+    suspension: np.ndarray  # (k,) a `SUSPENSION` of every suspension of a wheel
+    maxwell: np.ndarray  # (b, n) moment of every Maxwell element of every bushing, N m
     plane: Plane | None = None  # the plane of the chain; None in planar motion
 
 
-def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: int = 0) -> State:
+def make_state(n: int, pitches: int, wheels: int, suspensions: int = 0, maxwell: int = 0) -> State:
     """Allocate the planar state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
     return State(
         steps=np.zeros(1, np.int64),
         **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=KINETIC),
-        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), branch=(branches, n)),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), maxwell=(maxwell, n)),
         shear=np.zeros((2, pitches * wheels)),
-        slide=np.zeros(carriers, SLIDE),
+        suspension=np.zeros(suspensions, SUSPENSION),
     )
 
 
@@ -95,12 +91,10 @@ CONTACT_INTERVAL = np.dtype({
 class ContactLog(NamedTuple):
     """Log of the contacts with the sprocket, a `CONTACT_INTERVAL` each."""
 
-    # open, last: (3 p,) contacts that have begun and not ended, of left arc, right arc and ring of each pitch; (3 p, 2)
-    # forces of their last step and of the one before, N
-    open: np.ndarray
-    last: np.ndarray
-    rows: np.ndarray  # (m,) ended intervals; no rows: nothing is logged
-    count: np.ndarray  # (1,) integers: number of ended intervals; more than ``m`` if some had no room
+    open: np.ndarray  # (3 p,) open contacts of left arc, right arc and ring of each pitch
+    last: np.ndarray  # (3 p, 2) their forces in the last step and in the one before, N
+    rows: np.ndarray  # (m,) ended intervals; no rows: no log
+    count: np.ndarray  # (1,) integers: number of ended intervals, also of those beyond ``m``
 
 
 class Row(NamedTuple):
@@ -165,10 +159,10 @@ class Record(NamedTuple):
 def make_record(
     samples: int, state, sensors: int, pitches=(), frames: int = 0, frame_stride: int = 0, log_rows: int = 0
 ) -> Record:
-    """Allocate the record of a run of ``samples`` rows and ``sensors`` sensors, those of the model that fills it.
+    """Allocate the record of a run of ``samples`` rows and ``sensors`` sensors, for the bodies and wheels of ``state``.
 
-    Bodies, wheels and plane are those of ``state``. Contacts are recorded of ``pitches`` (1-based), configurations
-    ``frame_stride`` samples apart, with room for ``log_rows`` contacts (0: not logged).
+    Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, and up to
+    ``log_rows`` contact intervals.
     """
     loop, wheels = state.wheel_impact.shape
     counts = {"sensors": sensors, "pitches": len(pitches), "wheels": wheels}
@@ -194,9 +188,9 @@ def make_record(
 # kinds of contact: a link on a wheel, an arc in a groove, a link on the ring, a guide between flanges
 SURFACE, FLANK, RING, GUIDE = range(4)
 # A row of the contact list. Normal and friction: force on the body, N; arm: from the body's mass centre to the point,
-# m; speed: velocity of the body's point, m/s; spin: velocity of the wheel's point at unit rate, m; rate: that of the
-# wheel, rad/s; slopes: of the forces that a linearly implicit step takes, kg; slot: in `Work.friction`, arcs first. The
-# z components, across the plane of the chain, and pin, the point's x and y from the pin of body 1, in space only.
+# m; speed: velocity of the body's point, m/s; spin: velocity of the wheel's point at unit rate, m; rate: of the wheel,
+# rad/s; slopes: of forces in a linearly implicit step, kg; slot: in `Work.friction`, arcs first. In space only: z,
+# across the plane of the chain, and pin, the point's x and y from the pin of body 1.
 CONTACT = np.dtype(
     [(f"{name}_{axis}", float) for name in ("normal", "friction", "arm", "speed", "spin") for axis in "xyz"]
     + [(name, float) for name in ("pin_x", "pin_y", "rate", "normal_slope", "friction_slope")]
@@ -212,8 +206,7 @@ def components(rows: np.ndarray, name: str, axes: str = "xy") -> np.ndarray:
 class SweepWork(NamedTuple):
     """Solution of the chain (`chain.riccati`)."""
 
-    # (n, 8) angular acceleration across the joint behind body i as a linear function, ``[S_31, S_32, -h c, E_3x, E_3y,
-    # E_3m, E_31 - tau] / D`` (eighth entry unused)
+    # (n, 8) row of the joint behind body i, ``[S_31, S_32, -h c, E_3x, E_3y, E_3m, E_31 - tau] / D``, and one unused
     gain: np.ndarray
     response: np.ndarray  # (n, 4) angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``
     end: np.ndarray  # (3, 4) acceleration ``z_b`` at the output of body N
@@ -230,16 +223,14 @@ class ImplicitWork(NamedTuple):
 
     # (n, 6) ``h C + h^2 K`` of the contacts of a body about its input pin: xx, xy, yy, x-angle, y-angle, angle
     inertia: np.ndarray
-    # (n, w, 3) load on a body (force, moment about its input pin) for a unit acceleration of a wheel
-    couple: np.ndarray
+    couple: np.ndarray  # (n, w, 3) force and moment about its input pin on a body for a unit acceleration of a wheel
     wheel_inertia: np.ndarray  # (w,) ``h C`` of the friction on each wheel, kg m2
     column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
     gain: np.ndarray  # (n, w) its contribution to the acceleration across each joint
     response: np.ndarray  # (n, w) angular acceleration of each body for a unit acceleration of a wheel
-    # base, end: (w, 2), (w, 3) the same for the input pin of body 1 and the output of the last body
-    base: np.ndarray
-    end: np.ndarray
-    row: np.ndarray  # (w, w + 3) accelerations of the bodies on each wheel, weighted: cut loads, constant part, wheels
+    base: np.ndarray  # (w, 2) the same for the input pin of body 1
+    end: np.ndarray  # (w, 3) the same for the output of the last body
+    row: np.ndarray  # (w, w + 3) weighted accelerations of the bodies on each wheel: cut loads, constant part, wheels
     matrix: np.ndarray  # (w + 2, w + 3) equations for the cut loads and the wheels
     load: np.ndarray  # (w + 3,) cut loads, 1, and the accelerations of the wheels but the sprocket
 
@@ -252,115 +243,87 @@ class Stages(NamedTuple):
     start: np.ndarray  # (m,) state at the start of a step
     slope: np.ndarray  # (s, m) derivative of the state at each stage
     sensed: np.ndarray  # (s, k, 3) ``Work.sensed`` of each stage
-    # tooth_impact, wheel_impact: those of the state at the start of the step: the stages do not change the memory
-    tooth_impact: np.ndarray
+    tooth_impact: np.ndarray  # initial impact velocities at the start of the step, which no stage changes
     wheel_impact: np.ndarray
 
 
 class SpaceWork(NamedTuple):
-    """Arrays of motion in space, in components of the frame P of the chain's plane (`integrate.plane`).
+    """Arrays of motion in space, in components of the frame P of the chain's plane (`integrate.plane`)."""
 
-    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the wheels'
-    centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y`` are the loads across the
-    plane on the bodies about their mass centres. ``acceleration`` is ``(A_0z, p', q')``, ``change`` the increment of
-    ``(V_z, p, q)`` in the last step. ``wheel_load`` is the reaction on every wheel: force and moment about its centre
-    in its own frame. ``axial`` is the mean of the axial forces on the wheels over the sample.
-    """
-
-    attitude: np.ndarray
-    relative: np.ndarray
-    centre: np.ndarray
-    gravity: np.ndarray
-    force_z: np.ndarray
+    attitude: np.ndarray  # (3, 3) ``A_P``
+    relative: np.ndarray  # (w, 3, 3) ``A_W^T A_P`` of every wheel: P to wheel
+    centre: np.ndarray  # (w, 3) centres of the wheels, m
+    gravity: np.ndarray  # (3,) m/s2
+    force_z: np.ndarray  # (n,) loads across the plane on the bodies about their mass centres, N and N m
     moment_x: np.ndarray
     moment_y: np.ndarray
-    acceleration: np.ndarray
-    change: np.ndarray
-    wheel_load: np.ndarray
-    axial: np.ndarray
+    acceleration: np.ndarray  # (3,) ``(A_0z, p', q')``
+    change: np.ndarray  # (3,) increment of ``(V_z, p, q)`` in the last step
+    wheel_load: np.ndarray  # (w, 6) force and moment on every wheel about its centre, in its own frame
+    axial: np.ndarray  # (w,) mean axial force on every wheel over the sample, N
 
 
 class ContactCandidates(NamedTuple):
     """Arcs and links close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel, 1: of the present state
+    # (3,) integers: arcs close to the sprocket (-1: no lists), pairs of a link and a wheel, 1: made in this step
     count: np.ndarray
     arc: np.ndarray  # (2 p,) integers: these arcs, in rising order
     link: np.ndarray  # (p w, 2) integers: link and wheel of these pairs, in rising order
     groove: np.ndarray  # (2 p,) integers: the groove that each arc touched last, 0 before
-    # pin_x, pin_y: (n + 1,), wheel: (w, 2), plane: (4, 3) pins, wheels, plane's attitude and offset of these lists
-    pin_x: np.ndarray
+    pin_x: np.ndarray  # (n + 1,) pins of these lists, m
     pin_y: np.ndarray
-    wheel: np.ndarray
-    plane: np.ndarray
+    wheel: np.ndarray  # (w, 2) wheels of these lists, m
+    plane: np.ndarray  # (4, 3) attitude of the plane of these lists; its offset and the largest distance, m
 
 
 class Work(NamedTuple):
     """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    # cos, sin: (n,) orientation of the bodies
-    cos: np.ndarray
+    cos: np.ndarray  # (n,) orientation of the bodies
     sin: np.ndarray
-    # pin_x, pin_y: (n + 1,) input pins of the bodies and output pin of the last one, m
-    pin_x: np.ndarray
+    pin_x: np.ndarray  # (n + 1,) input pins of the bodies and output pin of the last one, m
     pin_y: np.ndarray
-    # com_vx, com_vy: (n,) velocities of the mass centres, m/s
-    com_vx: np.ndarray
+    com_vx: np.ndarray  # (n,) velocities of the mass centres, m/s
     com_vy: np.ndarray
-    # alpha, pin_ax, pin_ay: (n,) accelerations of the bodies (rad/s2) and of their input pins (m/s2) at the start of a
-    # step; of the pins up to the last one that is needed (`chain.riccati.accelerate`)
-    alpha: np.ndarray
-    pin_ax: np.ndarray
+    alpha: np.ndarray  # (n,) accelerations of the bodies at the start of a step, rad/s2
+    pin_ax: np.ndarray  # (n,) those of their input pins, up to the last one that is needed, m/s2
     pin_ay: np.ndarray
-    # com_dvx, com_dvy, delta_omega: (n,) increments in the last step of semi-implicit Euler of them (m/s) and of the
-    # angular velocities (rad/s)
-    com_dvx: np.ndarray
+    com_dvx: np.ndarray  # (n,) increments of the mass centres' velocities in the last step of order 1, m/s
     com_dvy: np.ndarray
-    delta_omega: np.ndarray
+    delta_omega: np.ndarray  # (n,) increments of the angular velocities in it, rad/s
     projection_delta: np.ndarray  # (n,) increment of the angular velocities by its projection, rad/s
-    # force_x, force_y, moment: (n,) loads of the contacts on the bodies about their mass centres, N and N m
-    force_x: np.ndarray
+    force_x: np.ndarray  # (n,) loads of the contacts on the bodies about their mass centres, N and N m
     force_y: np.ndarray
     moment: np.ndarray
-    # torque, joint_rate: (n,) bushing torque of the joint behind body i on its outboard body (N m), and the rate of its
-    # angle (rad/s); entry n - 1 is the cut joint
-    torque: np.ndarray
-    joint_rate: np.ndarray
+    torque: np.ndarray  # (n,) bushing torque of the joint behind body i on its outboard body, N m; the last: cut joint
+    joint_rate: np.ndarray  # (n,) rate of its angle, rad/s
     joint_difference: np.ndarray  # (n,) last result of `chain.kinematics.joint_differences`, rad or rad/s
-    # (n,) loss of the Maxwell elements of the joint in the last step, J; 0 without them and in Runge-Kutta steps
-    joint_loss: np.ndarray
+    joint_loss: np.ndarray  # (n,) loss of its Maxwell elements in the last step of order 1, J
     wheel_torque: np.ndarray  # (w,) torque of the contacts on the wheels, N m
-    # tooth_force, tooth_area, tooth_groove: (2 p,) normal force (N), area and groove of every arc, 0 without contact
-    tooth_force: np.ndarray
+    tooth_force: np.ndarray  # (2 p,) normal force (N), area and groove of every arc, 0 without contact
     tooth_area: np.ndarray
     tooth_groove: np.ndarray
     tooth_before: np.ndarray  # (2 p,) normal force of every arc one step ago, N
     wheel_force: np.ndarray  # (p, w) normal force of every link on every wheel, N
     carried: np.ndarray  # (w,) sum of the normal forces of the links on every wheel, N
-    # (2, 2 p + p w) friction on every arc, then on every link by wheel, and the same one step ago, N
-    friction: np.ndarray
+    friction: np.ndarray  # (2, 2 p + p w) friction on arcs, then on links by wheel, and the same one step ago, N
     contact: np.ndarray  # (c,) a `CONTACT` each
     count: np.ndarray  # (1,) integers: contacts at present
-    # (6,) gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the gap that
-    # the last step had before the projection; m, m/s
+    # (6,) gap of the cut joint (output pin of the last body less input pin of the first), its rate, and the gap before
+    # the last projection; m, m/s
     cut: np.ndarray
     worst: np.ndarray  # (3,) largest squares of the gap, of its rate and of the gap before the projection in the sample
-    # (k, 6) acceleration (m/s2) and angle (rad) of every sensor at the last evaluation, and their sums over the sample
-    sensed: np.ndarray
-    # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
-    velocity_history: np.ndarray
-    # (2,) sum over the looks so far of the mean square of the alternating part of the changes of velocity, weighted
-    # with their masses (m2/s2), and the number of looks
+    sensed: np.ndarray  # (k, 6) last acceleration (m/s2) and angle (rad) of every sensor, and their sums of the sample
+    velocity_history: np.ndarray  # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that chatter is taken from, m/s
+    # (2,) sum of the mean squares of the alternating changes of velocity, weighted with the masses (m2/s2), and count
     alternating: np.ndarray
     sweep: SweepWork  # solution of the chain
-    candidates: ContactCandidates  # who may touch whom
+    candidates: ContactCandidates  # neighbour lists
 
 
 class OptionalWork(NamedTuple):
-    """Arrays of a step that only some scenes have; separate arguments, so that all scenes share one type of `Work`.
-
-    numba compiles a kernel again for other types of its arguments, and drops the code of arguments that are None.
-    """
+    """Arrays that only some scenes have: separate arguments, as numba drops the code of those that are None."""
 
     space: SpaceWork | None = None  # motion in space
     implicit: ImplicitWork | None = None  # a linearly implicit integrator
@@ -390,9 +353,9 @@ def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
 
 
 def make_arrays(model: Model, method) -> tuple[State, Work, OptionalWork]:
-    """State in the plane and work of a model and a method (`integrate.methods`), everything 0."""
+    """Allocate planar state and work of a model and a method (`integrate.methods`), everything 0."""
     sizes = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
-    state = make_state(*sizes, len(model.carriers.wheel), len(model.branches.time))
+    state = make_state(*sizes, len(model.suspensions.wheel), len(model.maxwell.time))
     return state, make_work(*sizes, len(model.sensors.body)), make_optional(model, method)
 
 
@@ -402,9 +365,9 @@ def make_optional(model: Model, method) -> OptionalWork:
     stages = None
     if method.tableau is not None:
         a, b = (np.array(coefficients, dtype=float) for coefficients in method.tableau)
-        size = 4 + KINETIC + (2 + len(model.branches.time)) * n + 2 * wheels
-        room = zeros(start=size, slope=(len(b), size), sensed=(len(b), len(model.sensors.body) + pitches, 3))
-        stages = Stages(a, b, **room, **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)))
+        size = 4 + KINETIC + (2 + len(model.maxwell.time)) * n + 2 * wheels
+        own = zeros(start=size, slope=(len(b), size), sensed=(len(b), len(model.sensors.body) + pitches, 3))
+        stages = Stages(a, b, **own, **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)))
     return OptionalWork(
         space=None if model.space is None else make_space_work(n, wheels),
         implicit=make_implicit(n, wheels) if method.linearly_implicit else None,

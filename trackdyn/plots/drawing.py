@@ -253,14 +253,14 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box}
     label["zorder"] = Z_MARK + 1
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
-        carrier = None if name == "sprocket" else rig.wheels[name].carrier
-        if isinstance(carrier, Arm):
+        suspension = None if name == "sprocket" else rig.wheels[name].suspension
+        if isinstance(suspension, Arm):
             look = {"color": BLUE, "zorder": Z_MARK}
-            ends = [carrier.x, x], [carrier.y, y]
+            ends = [suspension.x, x], [suspension.y, y]
             ax.plot(*ends, linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
-            ax.plot([carrier.x], [carrier.y], marker="o", markersize=4, **look)
-        if name == rig.tension.wheel or (carrier is not None and not isinstance(carrier, Arm)):
-            direction = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
+            ax.plot([suspension.x], [suspension.y], marker="o", markersize=4, **look)
+        if name == rig.tension.wheel or (suspension is not None and not isinstance(suspension, Arm)):
+            direction = np.radians(rig.tension.direction if name == rig.tension.wheel else suspension.direction)
             along = 0.35 * radius * np.array([np.cos(direction), np.sin(direction)])
             ax.annotate("", (x + along[0], y + along[1]), (x - along[0], y - along[1]), zorder=Z_MARK,
                         arrowprops={"arrowstyle": "<->", "color": VERMILION, "linewidth": 1.4})  # fmt: skip

@@ -193,11 +193,11 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     bar = power * max(step for step in (1, 2, 5) if step * power <= longest_bar * (1 + 1e-9))
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
-    arms, carriers = [], model.carriers
-    if carriers is not None:
+    arms, suspensions = [], model.suspensions
+    if suspensions is not None:
         arms = [
-            [int(carriers.wheel[k]) - 1, float(carriers.x[k]), float(carriers.y[k])]
-            for k in np.flatnonzero(carriers.arm)
+            [int(suspensions.wheel[k]) - 1, float(suspensions.x[k]), float(suspensions.y[k])]
+            for k in np.flatnonzero(suspensions.arm)
         ]
     return {
         "thickness": 2 * model.wheels.half_thickness,

@@ -62,10 +62,10 @@ NORMAL_LAWS = {
 BushingLaw = Literal["viscous", "hysteretic"]
 # Frequencies at which the elements lose most, Hz: the ends and the middle of the band of the law.
 BAND = (0.5, 50.0)
-BRANCHES = 3
+ELEMENTS = 3
 
 
-def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
+def maxwell_elements(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     """Return relative stiffnesses and relaxation times (s) of Maxwell elements with a loss factor over ``BAND``.
 
     The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
@@ -75,8 +75,8 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     none is negative for loss factors up to 0.5. A constant loss factor means a stiffness that grows with the frequency
     (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
     """
-    time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
-    x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
+    time = 1.0 / (2 * pi * np.geomspace(*BAND, ELEMENTS))
+    x2 = (2 * pi * np.geomspace(*BAND, 40 * ELEMENTS)[:, None] * time) ** 2
     # shares over the loss factor, which may be so small that nothing could be divided by it
     share = np.linalg.lstsq((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)), rcond=None)[0]
     return loss_factor * share, time

@@ -136,7 +136,7 @@ class Rig(Section):
         if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
             names = " or ".join(map(repr, self.wheels))
             yield f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}"
-        elif self.wheels[tension.wheel].carrier is not None:
+        elif self.wheels[tension.wheel].suspension is not None:
             yield (
                 f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which tension.kept = sprung "
                 "gives to the tensioner; choose a fixed wheel"

@@ -70,7 +70,7 @@ class Wheel(Section):
     slider: Slider | None = None
 
     @property
-    def carrier(self) -> Arm | Slider | None:
+    def suspension(self) -> Arm | Slider | None:
         """Suspension of the wheel, an arm or a slider; None if it is fixed."""
         return self.arm or self.slider
 

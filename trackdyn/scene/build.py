@@ -7,30 +7,30 @@ import numpy as np
 
 from trackdyn.contact.laws import FORMS
 from trackdyn.inputs.errors import InputError
-from trackdyn.integrate.carriers import along, push
 from trackdyn.integrate.methods import METHODS
+from trackdyn.integrate.suspensions import along, chain_force
 from trackdyn.model.arrays import Work
 from trackdyn.model.constants import (
     INDEPENDENT,
     LAW,
-    NO_BRANCHES,
+    NO_MAXWELL,
     SPROCKET,
     TANGENTIAL,
-    Branches,
-    Carriers,
     Chain,
     Closure,
     Drive,
     Law,
+    Maxwell,
     Model,
     Sensors,
     Shoes,
     Space,
+    Suspensions,
     Tooth,
     Wheels,
 )
 from trackdyn.rig.groove import PROFILES
-from trackdyn.rig.laws import NORMAL_LAWS, loss_branches
+from trackdyn.rig.laws import NORMAL_LAWS, maxwell_elements
 from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import Arm, SensorParameters, Sprocket, Surface, Wheel
@@ -254,10 +254,10 @@ def build_model(scene) -> Model:
     shoes = build_shoes(rig, scene.chain)
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
-    branches = NO_BRANCHES
+    maxwell = NO_MAXWELL
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
-        share, time = loss_branches(rig.bushing.loss_factor)
-        branches = Branches(chain.stiffness * share, time)
+        share, time = maxwell_elements(rig.bushing.loss_factor)
+        maxwell = Maxwell(chain.stiffness * share, time)
     tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
@@ -274,7 +274,7 @@ def build_model(scene) -> Model:
         ),
         step=nan, stride=0,  # `Scene.model_of_step`
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
-        branches=branches, carriers=carriers_of([], len(wheels.x)),
+        maxwell=maxwell, suspensions=suspensions_of([], len(wheels.x)),
     )  # fmt: skip
 
 
@@ -283,7 +283,7 @@ ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "dam
 INTEGER = {"wheel": int, "arm": int}
 
 
-def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carriers:
+def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> Suspensions:
     """Return suspensions at rest at the positions of the model's wheels, their springs without preload.
 
     ``tension`` is the scene's tension: with ``sprung`` the tensioning wheel, shifted by ``shift`` (m), is one of them.
@@ -291,53 +291,58 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
     rows = []
     for k, name in enumerate(wheel_names(rig)):
         tensions = k == tensioner(rig) and tension == "sprung"
-        carrier = rig.tension if tensions else rig.wheels[name].carrier if k else None
-        if carrier is None:
+        suspension = rig.tension if tensions else rig.wheels[name].suspension if k else None
+        if suspension is None:
             continue
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        row = {"wheel": k, "damping": carrier.damping, "stiffness": carrier.stiffness}
-        if isinstance(carrier, Arm):
-            dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
-            row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
-            row |= {"mass": carrier.mass * (dx**2 + dy**2), "weight": carrier.mass * rig.gravity, "high": travel}
+        row = {"wheel": k, "damping": suspension.damping, "stiffness": suspension.stiffness}
+        if isinstance(suspension, Arm):
+            dx, dy, travel = x - suspension.x, y - suspension.y, radians(suspension.travel)
+            row |= {"arm": 1, "x": suspension.x, "y": suspension.y, "along_x": -dy, "along_y": dx, "low": -travel}
+            row |= {"mass": suspension.mass * (dx**2 + dy**2), "weight": suspension.mass * rig.gravity, "high": travel}
         else:
-            direction, at = radians(carrier.direction), shift if tensions else 0.0
+            direction, at = radians(suspension.direction), shift if tensions else 0.0
             row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
-            row |= {"mass": carrier.mass, "weight": 0.0, "low": -carrier.travel - at, "high": carrier.travel - at}
+            row |= {
+                "mass": suspension.mass,
+                "weight": 0.0,
+                "low": -suspension.travel - at,
+                "high": suspension.travel - at,
+            }
         rows.append(row)
-    return carriers_of(rows, len(model.wheels.x))
+    return suspensions_of(rows, len(model.wheels.x))
 
 
-def carriers_of(rows: list[dict], wheels: int) -> Carriers:
+def suspensions_of(rows: list[dict], wheels: int) -> Suspensions:
     """Return suspensions from a row of fields each, without preload."""
     columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
     of_wheel = np.full(wheels, -1)
     of_wheel[columns["wheel"]] = np.arange(len(rows))
-    return Carriers(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
+    return Suspensions(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
 
 
-def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
+def preloads(rig: Rig, suspensions: Suspensions, work: Work, q: np.ndarray) -> np.ndarray:
     """Return (k,) preloads that balance the chain with the suspensions at ``q``, or the rig's own."""
-    names, forces = wheel_names(rig), np.zeros(len(carriers.wheel))
-    for k, wheel in enumerate(carriers.wheel):
-        carrier = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].carrier
-        tx, ty = along(carriers, k, float(q[k]))
-        fx, fy = push(work, wheel)
-        if carrier is None or carrier.preload is None:
-            forces[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
+    names, forces = wheel_names(rig), np.zeros(len(suspensions.wheel))
+    for k, wheel in enumerate(suspensions.wheel):
+        suspension = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].suspension
+        tx, ty = along(suspensions, k, float(q[k]))
+        fx, fy = chain_force(work, wheel)
+        if suspension is None or suspension.preload is None:
+            forces[k] = suspensions.stiffness[k] * q[k] - (tx * fx + ty * fy) + suspensions.weight[k] * ty
         else:
-            slid = 0.0 if isinstance(carrier, Arm) else carrier.mass * rig.gravity * ty
-            forces[k] = carrier.preload - slid
+            slid = 0.0 if isinstance(suspension, Arm) else suspension.mass * rig.gravity * ty
+            forces[k] = suspension.preload - slid
     return forces
 
 
-def check_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
+def check_stops(rig: Rig, suspensions: Suspensions, slide: np.ndarray) -> None:
     """Raise `InputError` if a suspension settles (``slide``) at a stop, where its spring does not carry the wheel."""
-    for k, wheel in enumerate(carriers.wheel):
+    for k, wheel in enumerate(suspensions.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]
-        if not carriers.low[k] < q < carriers.high[k]:
-            kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
+        if not suspensions.low[k] < q < suspensions.high[k]:
+            kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if suspensions.arm[k] else 'slider'}"
             raise InputError(
-                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if carriers.arm[k] else 'slider'} once the "
-                "loop has settled; change the preload or force, stiffen the spring or allow more travel"
+                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if suspensions.arm[k] else 'slider'} once "
+                "the loop has settled; change the preload or force, stiffen the spring or allow more travel"
             )

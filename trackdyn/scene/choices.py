@@ -176,7 +176,7 @@ def check_choices(scene) -> None:
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.chain != "belt"
-    carried = [name for name, wheel in rig.wheels.items() if wheel.carrier is not None]
+    carried = [name for name, wheel in rig.wheels.items() if wheel.suspension is not None]
     # a wheel that another law slows must not lose its drag silently
     armless = [
         name

@@ -197,7 +197,7 @@ def _joint_limits(model, method: Method) -> dict[str, float]:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends, whose
         # Maxwell elements are stiffest when they have no time to relax
         inertia = float(min(chain.inertia))
-        stiffness = chain.stiffness + float(model.branches.stiffness.sum())
+        stiffness = chain.stiffness + float(model.maxwell.stiffness.sum())
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the motion of the pin between them

@@ -100,7 +100,7 @@ class TensionedLoop(DampedLoop):
         self.follow_tension(0.6)
         if self.reference is None:
             self.change_ring(None)
-        if self.scene.tension != "sprung" and any(wheel.carrier for wheel in self.scene.rig.wheels.values()):
+        if self.scene.tension != "sprung" and any(wheel.suspension for wheel in self.scene.rig.wheels.values()):
             self.release_suspensions()
 
     def slacken(self) -> None:

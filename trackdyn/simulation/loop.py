@@ -185,7 +185,7 @@ class Loop(Readings):
         for name, leaf in leaves.items():
             leaf[...] = present[name]
         state.steps[0] = round(self.time / model.step)
-        changed.arrays = allocated._replace(model=model._replace(drive=before.drive, carriers=before.carriers))
+        changed.arrays = allocated._replace(model=model._replace(drive=before.drive, suspensions=before.suspensions))
         if fields.keys() & {"motor_rpm", "ramp"}:
             changed.drive(changed.scene.motor_rpm, changed.scene.ramp)
         return changed

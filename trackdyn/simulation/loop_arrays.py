@@ -10,7 +10,7 @@ from trackdyn.model.arrays import OptionalWork, Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.build import make_carriers, wheel_centres
+from trackdyn.scene.build import make_suspensions, wheel_centres
 from trackdyn.scene.scene import Scene
 
 
@@ -53,7 +53,7 @@ def read_only(arrays: LoopArrays) -> LoopArrays:
 def allocate(scene: Scene, step: float) -> LoopArrays:
     """Allocate the arrays of a scene with a step (s), state and work filled with zeros."""
     model = copy_wheels(scene.model_of_step(step))
-    model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
+    model = model._replace(suspensions=make_suspensions(scene.rig, model, scene.tension, 0.0))
     state, work, optional = make_arrays(model, METHODS[scene.integrator])
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))

@@ -10,11 +10,11 @@ import numpy as np
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import Integration
-from trackdyn.model.arrays import SLIDE, Work, make_arrays, make_record
+from trackdyn.model.arrays import SUSPENSION, Work, make_arrays, make_record
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
 from trackdyn.rig.layout import Assembly
-from trackdyn.scene.build import make_carriers, preloads
+from trackdyn.scene.build import make_suspensions, preloads
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import elastic_depth
 from trackdyn.simulation.loop_arrays import copy_wheels, shift_tensioner
@@ -97,7 +97,7 @@ class DampedLoop:
         state.pin[2:] *= factor
         state.wheel_rate[:] *= factor
         for name in ("rate", "rate_before"):
-            state.slide[name] *= factor
+            state.suspension[name] *= factor
 
     def rest(self, seconds: float) -> None:
         """Integrate for a time (s) with damping."""
@@ -134,10 +134,12 @@ class DampedLoop:
     def release_suspensions(self) -> None:
         """Release the suspended wheels; springs without a preload in the rig hold them where they are."""
         rig = self.scene.rig
-        carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
-        slide = np.zeros(len(carriers.wheel))
-        self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, slide)))
-        self.state = self.state._replace(slide=np.zeros(len(slide), SLIDE))
+        suspensions = make_suspensions(rig, self.model, self.scene.tension, self.shift)
+        slide = np.zeros(len(suspensions.wheel))
+        self.model = self.model._replace(
+            suspensions=suspensions._replace(preload=preloads(rig, suspensions, self.work, slide))
+        )
+        self.state = self.state._replace(suspension=np.zeros(len(slide), SUSPENSION))
         self._samples = Integration(self.work, self._optional)
         self.rest(0.4)
 

@@ -74,13 +74,15 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     rig, tension = scene.rig, settled.tension()
     step = allowed_step(scene, scene.time_step, tension)
     layout = Layout(float(settled.shift), settled.reached, tension)
-    carriers, state = settled.model.carriers, settled.state
-    if len(state.slide):
-        check_stops(rig, carriers, state.slide)
+    suspensions, state = settled.model.suspensions, settled.state
+    if len(state.suspension):
+        check_stops(rig, suspensions, state.suspension)
         if scene.tension == "sprung":
-            layout = layout._replace(tensioner_slide_m=float(state.slide["q"][carriers.of_wheel[tensioner(rig)]]))
+            layout = layout._replace(
+                tensioner_slide_m=float(state.suspension["q"][suspensions.of_wheel[tensioner(rig)]])
+            )
         for name in ("rate", "rate_before", "along_x", "along_y"):
-            state.slide[name] = 0.0
+            state.suspension[name] = 0.0
     centres = wheel_centres(rig, settled.model.wheels)
     check_overlap(rig, centres[:, :2])
     settled.scale_rates(0.0)
@@ -88,7 +90,7 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     state.work_done[:] = 0.0
     if scene.model.space is not None:
         state = state._replace(plane=start_plane(centres, state))
-    model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
+    model = copy_wheels(scene.model_of_step(step))._replace(suspensions=suspensions)
     move_wheels(model, centres)
     return Start(LoopArrays(model, state, settled.work, make_optional(model, METHODS[scene.integrator])), layout)
 

@@ -52,7 +52,7 @@ def free_wheels(scene: Scene, model: Model) -> np.ndarray:
     Raises `InputError`: this code has no such loop.
     """
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
-    other = len(model.carriers.wheel) or model.space is not None or scene.chain != "double_pin" or scene.load
+    other = len(model.suspensions.wheel) or model.space is not None or scene.chain != "double_pin" or scene.load
     if other or laws != PEER_LAWS:
         raise InputError(
             "the loop in Exudyn has wheels without arms or sliders, viscous drag and bushings, "

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from trackdyn.contact.laws import find_area, foot
+from trackdyn.contact.laws import closest_point, find_area
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled
 from trackdyn.rig.rig import Rig
@@ -112,7 +112,7 @@ def _draw_link_case(ax: Axes, rig: Rig, fraction: float) -> float:
     lean = marks.polar(-np.arcsin((fraction - end_share) * length / height))
     start = np.array([0.0, height]) - end_share * length * lean
     end = start + length * lean
-    s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))
+    s, qx, qy, distance = closest_point(*map(float, (*start, *end, 0.0, 0.0)))
     q = np.array([qx, qy])
     p = ring * q / distance
     along, up = marks.directions(start, end)

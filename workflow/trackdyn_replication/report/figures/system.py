@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from matplotlib.path import Path
 
-from trackdyn.contact.laws import foot
+from trackdyn.contact.laws import closest_point
 from trackdyn.measure.columns import words
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
@@ -95,7 +95,7 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
     for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
         near = []
         for body in range(0, len(pins) - 1, 2):
-            _, qx, qy, distance = foot(*map(float, (*pins[body], *pins[body + 1], x, y)))
+            _, qx, qy, distance = closest_point(*map(float, (*pins[body], *pins[body + 1], x, y)))
             near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
         gap = max(TOUCH, min(gap for gap, *_ in near))
         touching += [(body, wheel, q) for distance, body, q in near if distance <= gap]

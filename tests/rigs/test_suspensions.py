@@ -7,7 +7,7 @@ import pytest
 
 from tests.rigs.conftest import scene_of
 from trackdyn.inputs.errors import InputError
-from trackdyn.integrate.carriers import advance_carriers
+from trackdyn.integrate.suspensions import advance_suspensions
 from trackdyn.model.arrays import components
 from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.energy_balance import open_share
@@ -19,26 +19,28 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     loop = settled("m113")
     model, state, work, _ = loop.arrays
     work.count[0] = 0
-    carriers, k = model.carriers, 2
+    suspensions, k = model.suspensions, 2
     arm = loop.scene.rig.wheels["road_3"].arm
     dx, dy = np.array([loop.scene.rig.wheels["road_3"].x - arm.x, loop.scene.rig.wheels["road_3"].y - arm.y])
     weight = arm.mass * loop.scene.rig.gravity
-    carriers = carriers._replace(damping=0 * carriers.damping, preload=carriers.weight * carriers.along_y)
-    state.slide[:] = 0.0
-    state.slide["q"][k] = 1e-3
+    suspensions = suspensions._replace(
+        damping=0 * suspensions.damping, preload=suspensions.weight * suspensions.along_y
+    )
+    state.suspension[:] = 0.0
+    state.suspension["q"][k] = 1e-3
     crossings, before = [], 1e-3
     for step in range(20_000):
-        advance_carriers(model, state, work, carriers)
-        if before < 0 <= state.slide["q"][k]:
+        advance_suspensions(model, state, work, suspensions)
+        if before < 0 <= state.suspension["q"][k]:
             crossings.append(step)
-        before = state.slide["q"][k]
+        before = state.suspension["q"][k]
     period = np.diff(crossings).mean() * model.step
     # the weight's lever arm changes with the turn: a stiffness of its own, -W y of the arm
     stiffness = arm.stiffness - weight * dy
     expected = 2 * pi * np.sqrt(arm.mass * (dx**2 + dy**2) / stiffness)
     assert period == pytest.approx(expected, rel=1e-3)
     assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
-    assert state.slide["rate"][k] != 0.0
+    assert state.suspension["rate"][k] != 0.0
 
 
 @pytest.mark.parametrize("preload", [0.0, 2000.0])
@@ -48,7 +50,7 @@ def test_a_wheel_on_a_slider_stands_where_its_spring_bears_chain_and_wheel(prelo
     contacts = loop.work.contact[: loop.work.count[0]]
     on_links = components(contacts[contacts["wheel"] == 1], "normal").sum(axis=0)[1]
     weight = slider["mass"] * loop.scene.rig.gravity
-    spring = preload - slider["stiffness"] * loop.state.slide["q"][0]
+    spring = preload - slider["stiffness"] * loop.state.suspension["q"][0]
     assert on_links > weight and spring == pytest.approx(on_links + weight, rel=0.01)  # tension is set to so much
 
 
