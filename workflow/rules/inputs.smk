@@ -8,18 +8,22 @@ def below_root(path):
 
 TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "near")
 PLAUSIBLE = {name: f"data/plausible/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
-TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
-TRACKS["rings"] = "data/plausible/rings.csv"
 # of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
-GRIPS = {"ring": "data/plausible/grips_ring.csv"}
+GRIPS = {name: f"data/plausible/grips_{name}.csv" for name in ("ring", "sentences")}
 # of the study of the ring's tangential force (`snakemake -s laboratory/Snakefile -j2 grip`)
 GRIP = "data/plausible/grip.csv"
+TRACKS = PLAUSIBLE | {
+    "rings": "data/plausible/rings.csv",
+    "grips": GRIPS["sentences"],
+    "study": GRIP,
+    "picture": "docs/pictures/plausible.png",
+}
 # everything that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], TRACKS["rings"], *GRIPS.values(), GRIP),
+        ("config/claims.yaml", config["studies"], *TRACKS.values(), GRIPS["ring"]),
         *CONFIG.files.values(),
     )
     for path in paths

@@ -51,10 +51,9 @@ rule page:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=requested_studies,
-        plausible=TRACKS if CONFIG.is_paper else None,
+        tracks=TRACKS if CONFIG.is_paper else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
-        own=not CONFIG.is_paper,
         teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
     script: "../trackdyn_replication/report/page/builder.py"

@@ -26,6 +26,15 @@ from trackdyn_replication.report.page.builder import build_page
 RIG_FILE = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)
 RATE = RIG.rate
+STORED = ROOT / "data" / "plausible"
+NAMES = ("sentences", "claims", "map", "draws", "mobilised", "near")
+TRACKS = {name: STORED / f"plausible_{name}.csv" for name in NAMES} | {
+    "rings": STORED / "rings.csv",
+    "grips": STORED / "grips_sentences.csv",
+    "study": STORED / "grip.csv",
+    "picture": ROOT / "docs" / "pictures" / "rig_bench.png",
+}
+of_paper = partial(build_page, tracks=TRACKS)
 
 
 def made(sources=None):
@@ -59,9 +68,7 @@ def results(tmp_path_factory):
     (results / "metrics.csv").write_text("run,rpm\n210rpm,210\n", encoding="utf-8")
     (results / "tables").mkdir()
     pd.DataFrame({"area": [1, 2], "r_mm": [30.0, 40.0]}).to_csv(results / "tables" / "table1.csv", index=False)
-    row = {"name": "x", "value": 1, "unit": "m", "low": 0, "high": 0.5, "source": "here"}
-    kinds = [row | {"kind": kind, "outside": outside} for kind, outside in (("printed", ""), ("fitted", "above"))]
-    pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
+    shutil.copy("docs/measured/parameters.csv", results / "tables")
     (results / "trade.csv").write_text("scene,error\nring,0.01\n", encoding="utf-8")
     promise = {"scene": "no ring 210 rpm", "measure": "left_share", "tolerance": 0.005, "cpu_s": 0.004}
     promise |= {"trial_cpu_s": 0.41, "setting": "semi_implicit, 0.0001 s"}
@@ -87,7 +94,7 @@ def results(tmp_path_factory):
 @pytest.fixture(scope="module")
 def page_file(results):
     path = results / "report.html"
-    path.write_text(build_page(results), encoding="utf-8")
+    path.write_text(of_paper(results), encoding="utf-8")
     return path
 
 
@@ -99,7 +106,7 @@ def test_recordings_of_another_version_are_refused(results, tmp_path):
 
 
 def test_the_same_results_give_the_same_page(results, page_file):
-    assert build_page(results) == page_file.read_text(encoding="utf-8")
+    assert of_paper(results) == page_file.read_text(encoding="utf-8")
 
 
 def test_every_figure_and_table_of_ours_is_shown_once(results, tmp_path, monkeypatch):
@@ -117,28 +124,50 @@ def test_every_figure_and_table_of_ours_is_shown_once(results, tmp_path, monkeyp
         place = (tmp_path / "all" / kind).with_stem(item.key)
         if not place.exists():
             shutil.copy(results / kind, place)
-    page = build_page(tmp_path / "all")
-    assert [item.key for item in items if item.title not in page] == []
-    assert [item.key for item in items if page.count(f"{item.title}</h3>") != 1] == ["fidelity", "lines"]
-    assert "Further figures and tables" in page and "Further figures" not in build_page(results)
+    page = of_paper(tmp_path / "all", studies=builder.STUDIES)
+    heads = [re.sub("<.*?>", "", head).strip() for head in re.findall("<h3>(.*?)</h3>", page)]
+    assert [item.key for item in items if heads.count(item.title) != 1] == ["lines"]
+    assert page.count("<caption>Dominant peaks of the spectra") == 1
+    assert "of an earlier run" not in page and "of an earlier run" in of_paper(results)
+    assert "Further figures and tables" in page and "Further figures" not in of_paper(results)
+
+
+def first_screen(page):
+    return page[: page.index('aria-label="Sections"')]
+
+
+def test_the_first_screen_has_the_finding_the_conclusions_and_all_that_fails(results, page_file, tmp_path):
+    """Synthetic records are compared with nothing of the paper's, and not there; those of a user are."""
+    shutil.copytree(results, tmp_path / "all")
+    for name in ("claims", "sentences"):
+        shutil.copy(f"docs/measured/{name}.csv", tmp_path / "all")
+    record = {"speed_rpm": 150.0, "sensor_record": "mine", "rms_simulation_g": 0.955, "rms_sensor_g": 0.957}
+    record |= {"rms_difference_pct": -0.209, "rms_difference_printed_against_papers_own_data_pct": 4.96}
+    pd.DataFrame([record]).to_csv(tmp_path / "all" / "tables" / "table3.csv", index=False)
+    page = of_paper(tmp_path / "all")
+    first, judged = first_screen(page), pd.read_csv("docs/measured/sentences.csv")
+    assert "The tangential force of the ring decides conclusion 3" in first and "0.957" not in first
+    assert re.findall(r"<sub>(\d+)</sub>", first) == [str(number) for number in judged["number"]]
+    failed = judged.loc[judged["verdict"] == "not met", "sentence"]
+    assert all(f"{sentence}</a>" in first for sentence in failed) and f"not met: {len(failed)}" in first
+    assert "0.957" in page and "4.96" not in page
+    real = of_paper(tmp_path / "all", synthetic=False)
+    assert "0.957" in first_screen(real) and "4.96" in first_screen(real)
 
 
 def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     """Nobody asks whether an own rig shows what the paper prints, and nothing of it was fitted to that."""
-    page = build_page(results, layers=["config/quick.yaml"], short="Records last 16 s.")
+    page = of_paper(results, layers=["config/quick.yaml"], short="Records last 16 s.")
     assert "A short run." in page and "Records last 16 s. Its configuration: <code>config/quick.yaml</code>." in page
     record = {"speed_rpm": 150.0, "sensor_record": "mine", "rms_simulation_g": 0.955, "rms_sensor_g": 0.957}
     table = results / "tables" / "table3.csv"
     pd.DataFrame([record | {"rms_difference_pct": -0.209}]).to_csv(table, index=False)
-    own = build_page(results, own=True)
+    own = build_page(results, synthetic=False)
     table.unlink()  # other tests have none
-    first = own[: own.index('aria-label="Sections"')]
-    assert (
-        re.findall(r'<td class="number">(.*?)</td>', first) == ["0.955", "0.957", "\N{MINUS SIGN}0.21"]
-        and "are not public" not in first
-    )
+    first = first_screen(own)
+    assert re.findall(r'<td class="number">(.*?)</td>', first) == ["0.955", "0.957", "\N{MINUS SIGN}0.21"]
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
-    for words in ("caterpillar track</h1>", "sentences of Sects. 5.2", "are fitted"):
+    for words in ("caterpillar track</h1>", "sentences of the paper", "are not public", "Figure 15</span>"):
         assert words in page and words not in own
 
 
@@ -160,16 +189,12 @@ def test_the_page_carries_everything_and_is_small(page_file):
 
 def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_figures(results):
     """A sentence stands above the statements that decide it, with the share of plausible tracks."""
-    stored = ROOT / "data" / "plausible"
-    plausible = {name: stored / f"plausible_{name}.csv" for name in ("map", "draws", "mobilised")}
-    plausible["rings"] = stored / "rings.csv"
+    tracks = TRACKS | {name: results / f"tracks_{name}.csv" for name in ("claims", "sentences")}
     for name, of in (("claims", "C02"), ("sentences", "2")):
-        plausible[name] = results / f"tracks_{name}.csv"
-        table = pd.read_csv(stored / f"plausible_{name}.csv", dtype={"name": str}).query("name != @of")
+        table = pd.read_csv(TRACKS[name], dtype={"name": str}).query("name != @of")
         two = table.iloc[:2].assign(name=of, tracks=["all", "engaged"], share=[0.125, 0.9])
-        pd.concat([table, two]).to_csv(plausible[name], index=False)
-    picture = results / "figures" / "fig24.png"
-    page = build_page(results, plausible=plausible | {"picture": picture})
+        pd.concat([table, two]).to_csv(tracks[name], index=False)
+    page = build_page(results, tracks=tracks)
     for path in results.glob("tracks_*.csv"):
         path.unlink()
     sections = re.findall(r'<figure id="(fig\d+|table\d)">', page)

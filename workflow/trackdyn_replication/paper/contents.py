@@ -1,7 +1,7 @@
 """Contents of a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
 
 ``contents.yaml`` next to this file is the one list: from a rule to its figures and tables with their titles and
-captions.
+captions, and the sections of the page with their figures and tables.
 """
 
 import re
@@ -23,6 +23,8 @@ class Item:
     text: str  # its caption as it is written here; read it with :meth:`caption`
     if_synthetic: str = ""  # one paragraph more where the sensor's records, which it shows, are synthetic
     table: bool = False  # whether it is a table
+    left_out: str = ""  # columns that the page leaves out, a regular expression
+    left_out_if_synthetic: str = ""  # further ones, and rows with such a cell, where the sensor's records are synthetic
 
     @property
     def label(self) -> str:
@@ -45,13 +47,15 @@ class Item:
         return sorted([*folder.glob(f"{self.key}.png"), *folder.glob(f"{self.key}_[a-h].png")])
 
 
+_LIST = read_yaml(Path(__file__).with_suffix(".yaml"))
+PAGE = _LIST.pop("page")
 # figures and tables by group, in the order of their keys
 _GROUPS = {
     group: tuple(
         Item(**{"key": key, "rule": rule, "table": key.startswith("table")} | entry)
         for key, rule, entry in sorted((key, rule, items[key]) for rule, items in rules.items() for key in items)
     )
-    for group, rules in read_yaml(Path(__file__).with_suffix(".yaml")).items()
+    for group, rules in _LIST.items()
 }
 PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"))
 

@@ -19,7 +19,6 @@ from trackdyn_replication.paper.claims import (
 from trackdyn_replication.paper.tracks import (
     RING_VELOCITY,
     creep_slope,
-    learned_sentences,
     mobilised,
     percents,
     track_rows,
@@ -116,42 +115,31 @@ def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     return f"{number_count(numbers)}, {counts}"
 
 
-def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
-    """Word the counts of a rig, and which of the numbered conclusions on the ring it meets."""
-    met, total = count(judged)
-    rig = judged["rig"].iloc[0]
-    return (
-        f"The rig `{rig}` was fitted to meet the paper. It meets {number_count(numbers)} within their tolerance, and "
-        f"{met} of the {total} sentences of Sects. 5.2 and 6 that can be judged. Counted apart are numbers that are "
-        f"not independent: {other_numbers(numbers)}. Of the paper's four conclusions on the ring it meets "
-        f"{conclusions(judged)}."
-    )
-
-
-def conclusions(judged: pd.DataFrame) -> str:
-    """Return the numbered conclusions on the ring that a rig meets, in the words of the paper."""
-    words = [
-        f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
-        for number, rows in _conclusions(judged)
-        if set(rows["verdict"]) == {MET}
-    ]
-    return listed(words) or "none"
-
-
 def conclusion_table(judged: pd.DataFrame, grips: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the sentences of the paper's conclusions on the ring, a row each.
+    """Tabulate the sentences of the paper's conclusions on the ring, a row each, by their numbers.
 
     Columns are the marks (`MARKS`) of the ``judged`` rig and of one whose ring ``grips`` (`sentence_verdicts`), and the
     shares of sampled ``tracks`` (``plausible_sentences.csv``) that show it, of those that mesh as printed and of all.
     """
-    gripping, shares, rows = grips.set_index("number")["verdict"], track_rows(tracks), []
+    gripping, shares, rows = grips.set_index("number")["verdict"], track_rows(tracks), {}
     for number, sentences in _conclusions(judged):
         for row in sentences.itertuples():
             words = f"{number}. {row.sentence.partition(': ')[2]}"
             marks = MARKS[row.verdict], MARKS[gripping.get(row.number, NOT_COMPARABLE)]
-            rows.append([words, *marks, *percents(shares, str(row.number))])
+            rows[row.number] = [words, *marks, *percents(shares, str(row.number))]
     heads = ["conclusion on the ring", f"rig {judged['rig'].iloc[0]}", "rig whose ring grips"]
-    return pd.DataFrame(rows, columns=[*heads, "% of tracks that mesh as printed", "% of all tracks"])
+    heads += ["% of tracks that mesh as printed", "% of all tracks"]
+    return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+
+
+def failed_rows(card: pd.DataFrame, judged: pd.DataFrame) -> list[dict]:
+    """Return the sentences that are not met, each with the statements that decide it (`_statement`)."""
+    rows = []
+    for sentence in judged[judged["verdict"] == NOT_MET].itertuples():
+        of_it = card[(card["sentence"] == sentence.number) & (card["verdict"] == NOT_MET)]
+        statements = [_statement(row) for row in _records(of_it)]
+        rows.append({"number": sentence.number, "sentence": sentence.sentence, "statements": statements})
+    return rows
 
 
 def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
@@ -214,22 +202,6 @@ def outside_values(parameters: pd.DataFrame, of_ring: pd.DataFrame | None = None
             friction = f", {mobilised(of_ring, creep_slope(parameters))}"
         cells.append(f"{words} {significant(float(value), 3)} {unit}{friction} (assumed: {low:g} to {high:g})")
     return cells
-
-
-def answer_sentences(
-    card: pd.DataFrame,
-    judged: pd.DataFrame,
-    numbers: pd.DataFrame,
-    tracks: Mapping[str, pd.DataFrame] | None = None,
-    own: bool = False,
-) -> list[str]:
-    """Word the answer: the counts, the shares of plausible tracks (``tracks``), the ring to choose and why.
-
-    For an ``own`` rig, which was not fitted to the paper, only the radius is worded.
-    """
-    if own:
-        return [radius_sentence(card, own)]
-    return [headline(judged, numbers), *(learned_sentences(tracks) if tracks else []), radius_sentence(card)]
 
 
 def statements_by_label(

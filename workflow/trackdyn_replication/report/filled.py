@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
-from jinja2 import StrictUndefined, Template
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import replacing, write_text
@@ -14,25 +13,18 @@ from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 from trackdyn_replication.paper.claims import NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
-from trackdyn_replication.paper.finding import finding_sentences, ran
 from trackdyn_replication.paper.scorecard import (
     MARKS,
     conclusion_table,
-    missed_numbers,
-    other_numbers,
     outside_sentence,
-    verdict_line,
 )
 from trackdyn_replication.paper.tracks import (
     FOLDER,
     RINGS,
-    RUBBER,
-    creep_slope,
     learned_sentences,
-    mobilised,
-    neighbours_free,
 )
 from trackdyn_replication.report.figures.trade import answers, trade_sentence
+from trackdyn_replication.report.summary import blocks, summary
 from trackdyn_replication.study.accuracy.default_step import default_step_text
 from trackdyn_replication.study.extremes.resolved import short_runs_verdict
 from trackdyn_replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VARIANTS
@@ -72,32 +64,18 @@ def _markdown(table: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
-def blocks(template: Path, **values) -> list[str]:
-    """Render the blocks of a page from a template, in which ``----`` separates them; a paragraph is one line."""
-    written = Template(template.read_text(encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True)
-    texts = (filter(None, map(str.strip, text.split("\n\n"))) for text in written.render(values).split("\n----\n"))
-    return ["\n\n".join(line if line[0] == "|" else " ".join(line.split()) for line in block) for block in texts]
-
-
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """Render the blocks of the README: verdict, conclusions, lessons, costs of an answer; tables as in `README`."""
     study, judged, numbers, grips, parameters, promises, near, *tracks = tables
-    rig, learned = judged["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
+    learned = dict(zip(TRACK_TABLES, tracks, strict=True))
+    links = {"finding": "docs/answer.md#the-finding", "answer": "docs/answer.md"}
     return blocks(
         Path(__file__).with_name("readme.md.j2"),
-        finding=" ".join(finding_sentences(ran(study), brief=True)),
-        rig=rig,
-        verdict=verdict_line(judged, numbers),
-        others=other_numbers(numbers),
-        missed=missed_numbers(numbers),
-        fitted=int((parameters["kind"] == "fitted").sum()),
-        mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
-        near=neighbours_free(near),
-        slips=creep_slope(parameters) < RUBBER[0],
+        summary=summary(study, judged, numbers, parameters, near, learned, **links),
         conclusions=_markdown(conclusion_table(judged, grips, learned["sentences"])),
         learned="\n\n".join(learned_sentences(learned)),
         marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
-        outside=outside_sentence(parameters, rig, learned["mobilised"]),
+        outside=outside_sentence(parameters, judged["rig"].iloc[0], learned["mobilised"]),
         trade=trade_sentence(promises),
     )
 

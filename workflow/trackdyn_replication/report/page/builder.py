@@ -25,16 +25,20 @@ from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
 from trackdyn.version import __version__
-from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAGE, PAPER, Item, missing_items
 from trackdyn_replication.paper.scorecard import (
     MARKS,
-    answer_sentences,
+    conclusion_table,
+    failed_rows,
     number_rows,
     outside_sentence,
+    radius_sentence,
     statements_by_label,
     waiting_sentence,
 )
+from trackdyn_replication.paper.tracks import learned_sentences
 from trackdyn_replication.report.figures.trade import same_answer
+from trackdyn_replication.report.summary import summary
 from trackdyn_replication.study.settings import STUDIES
 
 # kinds of parameters, uncertain ones first
@@ -44,35 +48,11 @@ KINDS = {
 }  # fmt: skip
 SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
-FRONT = "fig24"  # on the first screen
-# columns of published tables that the page leaves out, with all errors
-LEFT_OUT: dict[str, tuple[str, ...]] = {
-    "table3": ("sensor_record",), "table4": (), "lines": ("printed_of_papers",),
-    "fidelity": ("sd", "ring_share", "loop_gap_m"),
-}  # fmt: skip
-# The order of the paper's text, where tables stand between figures; the parts that it has.
-AFTER = {"table1": "fig07+", "table2": "fig14+", "table3": "fig17+", "table4": "fig18+"}
-PARTS = {
-    "The model": "fig14",
-    "The loop compared with another code and with the sensor": "fig19",
-    "The sprocket": "fig25",
-}
-WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
-# the last one with its trial
 PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
-PLACED = {
-    *WITH.values(),
-    "grip",
-    "creep",
-    "trade",
-    "fidelity",
-}  # ours that the template places by name; others follow the paper's
-OTHERS = [name for name in STUDIES if name not in ("trade", "fidelity")]  # studies with a section of their own
-# tables whose files the page hands out; the first folder that has one
+# tables whose files the page hands out
 TABLES = (
-    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", *(f"{name}.csv" for name in OTHERS), "tables/fidelity.csv",
-    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv", "tables/lines.csv",
-    *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+    "claims.csv", "metrics.csv", "planner.csv", "tables/parameters.csv", *(f"{name}.csv" for name in STUDIES),
+    *(f"tables/{item.key}.csv" for item in (*PAPER, *OWN, *OF_STUDIES) if item.table),
 )  # fmt: skip
 
 
@@ -82,28 +62,72 @@ def build_page(
     layers: Sequence[str] = (),
     studies: Sequence[str] = (),
     short: str = "",
-    own: bool = False,
-    plausible: Mapping[str, str] | None = None,
+    tracks: Mapping[str, str] | None = None,
     teeth: int | None = None,
 ) -> str:
-    """The page as HTML text, from the folder that the workflow wrote.
+    """Return the page as HTML, from the folder that the workflow wrote.
 
     ``synthetic`` says whether the sensor's records are (None: there are none), ``layers`` are configurations on top of
-    the base, ``studies`` those of this run, ``short`` how it is shorter than the paper's. An ``own`` rig is not the one
-    that was fitted to the paper; for that ``plausible`` are tables of plausible tracks, and their ``picture``. Without
-    its ``teeth`` nothing is said of the choice of the ring.
+    the base, ``studies`` those of this run, ``short`` how it is shorter than the paper's. ``tracks`` are files of
+    sampled tracks by name, and a ``picture``; without them the rig is another one than the paper's, of which only the
+    runs are shown. Without its ``teeth`` no ring is recommended.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
-        entries = list(pool.map(partial(_entry, results, synthetic), (*PAPER, *OWN, *OF_STUDIES)))
-    by_key = {entry["item"].key: entry for entry in entries if entry["pictures"] or entry["rows"]}
-    of_paper = sorted((item.key for item in PAPER), key=lambda key: AFTER.get(key, key))
-    parts: dict[str, list] = {}
-    for key in (key for key in of_paper if key in by_key):
-        section = next(section for section, end in PARTS.items() if AFTER.get(key, key) < end)
-        parts.setdefault(section, []).append(by_key[key])
-    parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
+        entries = list(pool.map(partial(_entry, results, synthetic, tracks is None), (*PAPER, *OWN, *OF_STUDIES)))
+    shown = {entry["item"].key: entry for entry in entries if entry["pictures"] or entry["rows"]}
+    below = {figure: shown.pop(table) for figure, table in PAGE["below"].items() if {figure, table} <= {*shown}}
+    parts, sections = PAGE["figures"], PAGE["sections"]
+    placed = {key for section in (*parts.values(), *sections.values()) for key in section.get("items", ())}
+    further = {"further": parts["further"] | {"items": [key for key in shown if key not in placed]}}
+    parameters = _rows(results, "tables/parameters.csv")
+    return render(
+        "own.html.j2" if tracks is None else "page.html.j2",
+        SCRIPTS,
+        {"files": files},
+        Path(__file__).parent,
+        card=_card(results, tracks),
+        short=short,
+        symbols=MARKS,
+        synthetic=synthetic,
+        parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
+        kinds=KINDS,
+        planner=_planner(results),
+        recordings=recordings,
+        version=__version__,
+        sources=source_hash(),
+        parts=_sections(parts | further, shown),
+        sections=_sections(sections, shown),
+        below=below,
+        first=next((shown[key] for key in PAGE["first"] if key in shown), None),
+        sensor=shown["table3"]["rows"] if "table3" in shown and synthetic is False else None,
+        of_ring=_ring_study(results, teeth),
+        missing=missing_items(results),
+        earlier=[name for name in STUDIES if name not in studies and (results / f"{name}.csv").is_file()],
+        layers=" ".join(["", "--configfile", *layers]) if layers else "",
+        paper_items=len(PAPER),
+    )
+
+
+def _sections(sections: Mapping[str, Mapping], shown: Mapping[str, dict]) -> list[dict]:
+    """Return sections of `PAGE`, each with its ``entries`` and the ``missing`` items that a study would make."""
+    of_studies = {item.key: item for item in OF_STUDIES}
+    return [
+        {
+            "id": name,
+            "title": section["title"],
+            "entries": [shown[key] for key in section.get("items", ()) if key in shown],
+            "missing": [of_studies[key] for key in section["items"] if key in {*of_studies} - {*shown}],
+        }
+        for name, section in sections.items()
+    ]
+
+
+def _planner(results: Path) -> dict | None:
+    """Return the promises of the planner, a row each, with their scenes and the tolerances that have one answer."""
+    if not (planner := _rows(results, "planner.csv")):
+        return None
     same = same_answer(pd.DataFrame([row for row in planner if row["measure"] == "rms" and row["met"] is not None]))
     for row in planner:
         if row["met"] is not None:
@@ -113,48 +137,11 @@ def build_page(
             row[f"{name}_pct"] = None if row[name] is None else 100 * row[name]
         measure = NAMED[row["measure"]]
         row["measure"] = measure.words + (" (of a turn)" if measure.kind == "turns" else "")
-    card, of_ring = _card(results, own, plausible), _ring_study(results, teeth)
-    there = {  # sections of the page
-        "sensor": "table3" in by_key, "numbers": card and card["numbers"], "figures": True,
-        "sprocket": "The sprocket" in parts, "ring-study": of_ring,
-        "tracks": (card and card["picture"]) or {"grip", "creep"} & {*by_key}, "front": True,
-    } | dict.fromkeys((*OTHERS, "parameters", "provenance"), True)  # fmt: skip
-    return render(
-        "page.html.j2",
-        SCRIPTS,
-        {"files": files},
-        Path(__file__).parent,
-        card=card,
-        sections=[name for name, shown in there.items() if shown],
-        short=short,
-        own=own,
-        symbols=MARKS,
-        synthetic=synthetic,
-        parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
-        kinds=KINDS,
-        fidelity=by_key.get("fidelity"),
-        same_answer=same,
-        planner=[{name: row[name] for name in PROMISED if name in row} for row in planner],
-        scenes="; ".join(dict.fromkeys(row["scene"] for row in planner)),
-        recordings=recordings,
-        version=__version__,
-        sources=source_hash(),
-        parts=parts,
-        ours=[
-            by_key[item.key]
-            for item in (*OWN, *OF_STUDIES)
-            if item.key in by_key and item.key not in PLACED and item.rule not in OTHERS
-        ],
-        beside=WITH,
-        entries=by_key,
-        of_ring=of_ring,
-        others={name: [entry for entry in by_key.values() if entry["item"].rule == name] for name in OTHERS},
-        front=by_key.get(FRONT),
-        missing=missing_items(results),
-        earlier=[name for name in STUDIES if name not in studies and (results / f"{name}.csv").is_file()],
-        layers=" ".join(["", "--configfile", *layers]) if layers else "",
-        paper_items=len(PAPER),
-    )
+    return {
+        "rows": [{name: row[name] for name in PROMISED if name in row} for row in planner],
+        "scenes": "; ".join(dict.fromkeys(row["scene"] for row in planner)),
+        "same_answer": same,
+    }
 
 
 def check_sources(recordings: Iterable[Path]) -> int:
@@ -171,30 +158,37 @@ def check_sources(recordings: Iterable[Path]) -> int:
     return count
 
 
-def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict | None:
-    """Statements of the paper by the figure or table that they are about, and the answer in sentences."""
+def _card(results: Path, tracks: Mapping[str, str] | None) -> dict | None:
+    """Return the answer, and the paper's statements by figure or table; without ``tracks`` only the ring to choose."""
     if not (results / "claims.csv").is_file():
         return None
-    card, judged = pd.read_csv(results / "claims.csv", dtype={"part": str}), pd.read_csv(results / "sentences.csv")
-    tables = {name: path for name, path in (plausible or {}).items() if name != "picture"}
-    shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in tables.items()}
-    numbers = pd.read_csv(results / "printed_numbers.csv", dtype={"part": str})
-    rig, parameters = card["rig"].iloc[0], results / "tables" / "parameters.csv"
-    known = (
-        [outside_sentence(pd.read_csv(parameters), rig, shares.get("mobilised"))]
-        if parameters.is_file() and not own
-        else []
-    )
-    return {
-        "rig": rig,
-        "said": {} if own else statements_by_label(card, judged, shares),
-        "shares": bool(shares),
-        "answer": _caption_html(answer_sentences(card, judged, numbers, shares, own)),
-        "numbers": [] if own else number_rows(numbers),
-        "marks": [] if own else judged.to_dict("records"),
-        "picture": embedded_picture(Path(plausible["picture"])) if plausible else None,
-        "known": _caption_html(known),
-        "waiting": "" if own else _caption_html([waiting_sentence(card)]),
+    card = pd.read_csv(results / "claims.csv", dtype={"part": str})
+    about = {
+        "rig": card["rig"].iloc[0],
+        "ring": _html([radius_sentence(card, tracks is None)]),
+        "said": {},
+        "numbers": [],
+        "known": "",
+    }
+    if tracks is None:
+        return about
+    judged, numbers = (pd.read_csv(results / f"{name}.csv") for name in ("sentences", "printed_numbers"))
+    parameters = pd.read_csv(results / "tables" / "parameters.csv")
+    tables = {name: pd.read_csv(path, dtype={"name": str}) for name, path in tracks.items() if name != "picture"}
+    links = {"finding": "#our-grip", "answer": "#tracks"}
+    texts = summary(tables["study"], judged, numbers, parameters, tables["near"], tables, **links)
+    return about | {
+        "said": statements_by_label(card, judged, tables),
+        "summary": [_html([text]) for text in texts],
+        "conclusions": conclusion_table(judged, tables["grips"], tables["sentences"]),
+        "failed": failed_rows(card, judged),
+        "speeds": max(card["speeds"].dropna(), key=len, default=""),
+        "numbers": number_rows(numbers),
+        "marks": judged.to_dict("records"),
+        "learned": _html(learned_sentences(tables)),
+        "picture": embedded_picture(Path(tracks["picture"])),
+        "known": _html([outside_sentence(parameters, about["rig"], tables["mobilised"])]),
+        "waiting": _html([waiting_sentence(card)]),
     }
 
 
@@ -223,25 +217,33 @@ def _rows(results: Path, name: str) -> list[dict] | None:
     return table.astype(object).where(table.notna(), None).to_dict("records")
 
 
-def _entry(results: Path, synthetic: bool | None, item) -> dict:
+def _entry(results: Path, synthetic: bool | None, own: bool, item: Item) -> dict:
+    """Return an item with its place in the paper (none of an ``own`` rig), its caption, and its pictures or rows."""
     files = item.files(results)
     rows = _rows(files[0].parent, files[0].name) if item.table and files else None
-    if rows and item.key in LEFT_OUT:  # errors stand in the CSV file, beside their values
-        dropped = {*LEFT_OUT[item.key], *(name for name in rows[0] if "error" in name)} - {"sensor_record"}
-        rows = [{name: value for name, value in row.items() if name not in dropped} for row in rows]
+    for left_out in (item.left_out, item.left_out_if_synthetic if synthetic else ""):
+        if rows and left_out:
+            rows = [
+                {name: value for name, value in row.items() if not re.fullmatch(left_out, name)}
+                for row in rows
+                if not any(re.fullmatch(left_out, str(value)) for value in row.values())
+            ]
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
-        "caption": _caption_html(item.caption(synthetic)),
+        "label": "" if own else item.label,
+        "caption": _html(item.caption(synthetic)),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
         "rows": rows,
     }
 
 
-def _caption_html(paragraphs: list[str]) -> str:
-    """Paragraphs of plain text with names in backquotes as HTML."""
+def _html(paragraphs: list[str]) -> str:
+    """Return paragraphs of Markdown as HTML: names in backquotes, strong words, links."""
     text = "\n".join(f"<p>{html.escape(paragraph, quote=False)}</p>" for paragraph in paragraphs)
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    text = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", text)
+    return re.sub(r"\[([^]]+)\]\(([^)]+)\)", r'<a href="\2">\1</a>', text)
 
 
 def embedded_picture(path: Path) -> dict:
@@ -262,6 +264,6 @@ def embedded_picture(path: Path) -> dict:
 def main(job) -> None:
     """Rule `page`."""
     params = job.params
-    names = ("synthetic", "layers", "studies", "short", "own", "plausible", "teeth")
+    names = ("synthetic", "layers", "studies", "short", "tracks", "teeth")
     page = build_page(Path(params.results), **{name: params[name] for name in names})
     write_text(job.output[0], page)
