@@ -558,8 +558,8 @@ def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_fricti
         "others."
     )
     assert radius == (
-        "3 tracks, of which 2 mesh as printed, were run from one start with rings in steps of a millimetre, at 115 and 210 "
-        "rpm: our rule recommends a ring on 2, on 1 with a share of 0.3 and 3 with a share of 0.7. On 1 a ring "
+        "3 tracks, of which 2 mesh as printed, were run from one start with rings in steps of a millimetre, at 115 and "
+        "210 rpm: our rule recommends a ring on 2, on 1 with a share of 0.3 and 3 with a share of 0.7. On 1 a ring "
         "halves the force of a tooth, but not all up to a millimetre above it. By the mobilised friction of a "
         "ring of 0.308 m there is a choice on 1 of 1 below 0.03, 1 of 1 from there to 0.1 and 0 of 1 above 0.1. "
         "The recommended ring leaves a tooth 0.15 (0.11 to 0.19) of its force without a ring at 2.50 (2.10 to "
