@@ -205,7 +205,7 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
         (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
         (GROUPS | {"rear": {"group": "box 3"}}, (), "no column's name begins with the group 'box 3'"),
         (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
-        ({"front": {"sensors": GROUPS}}, (), "must not stand within the mapping of a sensor"),
+        ({"front": {"sensors": GROUPS}}, (), "must not be in the mapping of a sensor"),
         ({"front": 5}, (), "sensors.front = 5"),
     ],
 )

@@ -1,1 +1,1 @@
-"""A simulated run beside a field test: records of data loggers, their axes, and how they compare with a recording."""
+"""Comparison of a simulation with a field test: records of data loggers, their axes, and their differences."""

@@ -1,4 +1,4 @@
-"""Whether the axes of a sensor's record are those of the simulation: gravity turns in them once a turn of the loop
+"""Check of the axes of a sensor's record: gravity turns in them once per turn of the loop, as in the simulated ones
 (Eq. 40).
 """
 
@@ -23,15 +23,15 @@ LEAST_G = 0.1  # zero offset of a cheap sensor: a smaller difference tells nothi
 CLEARLY = 2.0  # times better
 LEAST_DEG, LEAST_FACTOR = 5.0, 1.2  # a smaller angle, or a factor nearer to 1, is not named
 LIKELY_FACTORS = [2.0**k for k in range(-6, 7)] + [1e-3, 1e3, 9.81, 1 / 9.81]  # ranges of a sensor, units
-SAME_FACTOR = 0.05  # by which a fitted factor may be off, of its logarithm
+SAME_FACTOR = 0.05  # largest error of a fitted factor, of its logarithm
 SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
 
 
 def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
-    """Mean and first harmonics of the loop's frequency in a record, free of the instant at which it begins.
+    """Return mean and first harmonics of the loop's frequency in a record, whatever the instant at which it begins.
 
     ``axes`` are (a, N) accelerations, of which the first one's crest begins a turn; ``rate`` and ``hz`` are samples and
-    turns of the loop a second. Returned is, (a, HARMONICS + 1) in the unit of ``axes``, the mean over whole turns;
+    turns of the loop per second. The result, (a, HARMONICS + 1) in the unit of ``axes``, is the mean over whole turns;
     amplitudes are divided by the root of 2, so that squares add up to the mean square.
     """
     length = min(int(rate / hz), axes.shape[1])
@@ -44,7 +44,7 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
 
 
 def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int) -> np.ndarray:
-    """A `turn_shape` behind a high-pass filter (Butterworth) of first or second order, as a capacitor is one."""
+    """Return a `turn_shape` behind a high-pass filter (Butterworth) of first or second order."""
     z = 1j * np.arange(shape.shape[1]) * hz / corner_hz
     return _begun_at_crest(shape * (z / (1 + z) if order == 1 else z**2 / (1 + 2**0.5 * z + z**2)))
 
@@ -54,19 +54,19 @@ def _begun_at_crest(shape: np.ndarray) -> np.ndarray:
 
 
 class Doubt(NamedTuple):
-    """A sentence on what seems wrong with the axes of a record, and whether gravity is filtered out of it."""
+    """Warning on the axes of a record."""
 
     sentence: str
-    without_gravity: bool = False
+    without_gravity: bool = False  # gravity is filtered out of the record
 
 
 Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay, and for ax where there is one
 
 
 def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
-    """Shapes of a turn (`turn_shape`): the simulated one, also as its mirror image, and the recorded by choice of axes.
+    """Return shapes of a turn (`turn_shape`): simulated, with its mirror image, and recorded by choice of axes.
 
-    The first choice is the axes as they are read. The last number is the turns of the recorded loop a second, Hz.
+    The first choice is the axes as they are read. The last number is the turns of the recorded loop per second, Hz.
     """
     signal, loop_hz = sense(recording), recording.periods.loop_hz
     recorded = {axis: getattr(record, axis) for axis in ("ay", "ax", "az")}
@@ -88,7 +88,7 @@ def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray
 
 
 def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[float, float, float]:
-    """The angle about z (deg) and the factor with which a shape is nearest to one of some forms, behind its misfit (g).
+    """Return misfit (g), angle about z (deg) and factor with which a shape is nearest to one of some forms.
 
     A shape of one axis has no angle. The misfit is infinite where no positive factor brings it nearer.
     """
@@ -103,16 +103,16 @@ def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[floa
 
 
 def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
-    """Distance (g) of a shape from the nearest of some forms."""
+    """Return the distance (g) of a shape from the nearest of some forms."""
     return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
 
 
 def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
-    """Say what seems wrong with the axes of a sensor's record, and which options mend it; None if nothing does.
+    """Return a warning on the axes of a sensor's record and the options that mend it; None if they fit.
 
     Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
-    loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried are zeros
-    of the sensor that are not 0, a high-pass filter, a wrong scale, and an angle about z.
+    loop that runs the other way round, as its mirror image does, fits, too. Other causes are zeros of the sensor that
+    are not 0, a high-pass filter, a wrong scale, and an angle about z.
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz) or record.wraps:
         return None
@@ -131,7 +131,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     content = high_frequency_rms(signal.ay, recording.rate)
 
     def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
-        """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others.
+        """Return whether the record is clearly nearer without one cause than as it is read, and than without others.
 
         Its content from 20 Hz on, then in ``ay``, must be that of the simulation.
         """
@@ -194,7 +194,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
 
 
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
-    """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`judge_axes`), before a simulation.
+    """Refuse (`InputError`) a record of at least a turn whose axes do not fit (`judge_axes`), before a simulation.
 
     Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
@@ -205,7 +205,7 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
 
 
 def _column(record: SensorRecord, sign: int, axis: str) -> str:
-    """Column of an axis as a mapping in YAML names it, with its sign turned if ``sign`` is -1."""
+    """Return the column of an axis as a mapping in YAML names it, with its sign flipped if ``sign`` is -1."""
     name = record.columns.get(axis, axis)
     name = name if sign > 0 else name[1:] if name.startswith("-") else f"-{name}"
     return name if re.fullmatch(r"-?\w+", name) else "'" + name.replace("'", "''") + "'"

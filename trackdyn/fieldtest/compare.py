@@ -1,4 +1,4 @@
-"""A simulated record beside a sensor's: the rows of Table 3 and the lines of Figure 18."""
+"""Comparison of a simulation with a sensor's record: the rows of Table 3 and the lines of Figure 18."""
 
 import warnings
 from pathlib import Path
@@ -21,12 +21,12 @@ from trackdyn.measure.uncertainty import student, welch_degrees
 from trackdyn.simulation.recording import Recording
 
 HIGH = "high_frequency_g"
-CLEAR_ERRORS = 2.0  # standard errors, from which on a speed differs by more than scatter
-SPEED_TOLERANCE = 0.01  # share of a speed, from which on a difference is said
+CLEAR_ERRORS = 2.0  # least standard errors of a speed that differs by more than scatter
+SPEED_TOLERANCE = 0.01  # largest relative difference of equal speeds
 
 
 def sensed_at(recording: Recording, rate: float) -> SensorSignal:
-    """Return what a sensor of a ``rate`` (Hz) up to that of the recording shows: means over its samples."""
+    """Return the signal of a sensor of a ``rate`` (Hz) up to that of the recording: means over its samples."""
     if count := whole_ratio(recording.rate, rate):
         return sense(recording, count)
     signal = sense(recording)
@@ -39,10 +39,26 @@ def sensed_at(recording: Recording, rate: float) -> SensorSignal:
 def compare(
     recording: Recording, sensor: SensorRecord | pd.DataFrame | Path | str, mapping: SensorMapping | None = None
 ) -> pd.DataFrame:
-    """Compare a recording with what `read_sensor` read, or reads now from a table of pandas or a file, with a mapping.
+    """Compare a recording with a sensor's record; warn of anything that seems wrong with the record.
 
-    Returned is the table of `compare_with_sensor`; what seems wrong with the record is warned of. Raises `InputError`:
-    the record cannot be read without a guess, or does not fit the recording.
+    Parameters
+    ----------
+    recording : Recording
+        Simulation.
+    sensor : SensorRecord, DataFrame or path
+        Record of `read_sensor`, or a table or file that it reads.
+    mapping : SensorMapping, optional
+        Meaning of the columns of a table or file.
+
+    Returns
+    -------
+    DataFrame
+        Table of `compare_with_sensor`.
+
+    Raises
+    ------
+    InputError
+        The record is ambiguous or does not fit the recording.
     """
     record = sensor
     if not isinstance(record, SensorRecord):
@@ -55,9 +71,9 @@ def compare(
 
 
 def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
-    """Sentences on what seems wrong with a sensor's record; arguments are those of `other_speed`.
+    """List warnings on a sensor's record; arguments are those of `other_speed`.
 
-    Where its axes are doubted, the line that is taken for its speed may be one of noise.
+    If its axes do not fit, the line that is taken for its speed may be noise.
     """
     doubt = judge_axes(recording, record)
     doubted = doubt.sentence if doubt else other_speed(recording, record, table)
@@ -66,7 +82,7 @@ def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -
 
 @typed
 def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
-    """Measures of both records and their difference, the faster record averaged over the samples of the slower one.
+    """Return measures of both records and their difference; the faster one is averaged over samples of the slower.
 
     A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
 
@@ -75,18 +91,18 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     recording, record
         Simulation and sensor.
     name : str
-        What the recording is called in a refusal.
+        Name of the recording in a message.
 
     Returns
     -------
     DataFrame
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
-        values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with
-        what its step adds (`measure.metrics.total_errors`); what the simulation is above the sensor, in percent of the
-        sensor's value and in standard errors of the difference; and from how many of these on it is more than
-        scatter, by Student's factor of 95 % for the turns that there are (Welch). Rows of the line are left out where a
-        record holds fewer than two turns of the loop; all that gravity is part of, where it is missing in the sensor's
-        record (`judge_axes`).
+        values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation
+        including its step error (`measure.metrics.total_errors`); simulation minus sensor, in percent of the sensor's
+        value and in standard errors of the difference; and the number of these above which it is more than scatter,
+        Student's factor of 95 % for the turns of both (Welch). Rows of the line are left out where a record has fewer
+        than two turns of the loop; those that include gravity, where it is missing in the sensor's record
+        (`judge_axes`).
 
     Raises
     ------
@@ -113,16 +129,15 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
         columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
         degrees[side] = [0, 0, *(sensed.degrees(measure.column) for measure in measures)]
-    table, whole = pd.DataFrame(columns), total_errors(recording.scene)
-    parts = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
-    parts = list(zip(*parts, strict=True))
+    table, total = pd.DataFrame(columns), total_errors(recording.scene)
+    scatters = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
     simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
-    table["simulation_error"] = [whole(*row) for row in simulated]
+    table["simulation_error"] = [total(*row) for row in simulated]
     excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
     table["standard_errors"] = excess / scatter.replace(0, np.nan)
-    clear = [student(welch_degrees(whole, *errors)) for whole, errors in zip(scatter, parts, strict=True)]
+    clear = [student(welch_degrees(error, *both)) for error, *both in zip(scatter, *scatters, strict=True)]
     table["clear_from"] = np.where(np.isfinite(table["standard_errors"]), clear, np.nan)
     compared = table[["simulation", "sensor"]].notna().all(axis=1)
     if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
@@ -131,9 +146,9 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
 
 
 def in_words(table: pd.DataFrame) -> str:
-    """Say by how much, and by how many standard errors, RMS and SD of a `compare_with_sensor` differ.
+    """Return sentences on the differences of RMS and SD in a `compare_with_sensor`, and their standard errors.
 
-    Where gravity is missing, it is the content from 20 Hz on instead.
+    Where gravity is missing, the content from 20 Hz on replaces both.
     """
     rows = table.set_index("measure")
     names = {"rms_g": "RMS", "sd_g": "SD"} if "rms_g" in rows.index else {HIGH: "content from 20 Hz on"}
@@ -144,16 +159,16 @@ def in_words(table: pd.DataFrame) -> str:
             continue
         by = f": differs by {significant(abs(errors), 2)} standard errors"
         if not np.isfinite(errors):
-            by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
+            by = " (no standard error: a record has fewer than two turns of the loop, or its step has no known error)"
         elif abs(errors) < clear:
-            by = f", within {clear:.2g} standard errors: no difference that these records tell"
+            by = f", within {clear:.2g} standard errors: not significant"
         side = "above" if excess > 0 else "below"
         sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
     return "; ".join(sentences)
 
 
 def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
-    """Say at which speed a sensor's record was made, if the simulated loop turns at another; None if it does not.
+    """Return a sentence on the speed of a sensor's record, if the simulated loop turns at another; else None.
 
     ``table`` is that of `compare_with_sensor`. Another speed is one that differs by more than two standard errors and
     by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.

@@ -1,11 +1,11 @@
-"""The link's y acceleration over two revolutions of the loop and its amplitude spectra, simulation and sensor."""
+"""Figures of the y acceleration over two revolutions of the loop and of its spectra, simulation and sensor."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # its parts are loaded where they are used
+import scipy  # its modules are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -18,13 +18,13 @@ from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
 CENTRAL = 0.999  # fraction of a sensor's samples that is always in view; the rest may be cut off
-BINS = 4.5  # lines of the FFT that are drawn to both sides of the dominant peaks
+BINS = 4.5  # lines of the FFT that are drawn on both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
 MARK_EVERY_HZ = 25.0  # on the smoothed curves
 
 
 class _Curve(NamedTuple):
-    """The y acceleration of a simulation or a sensor, and how it is drawn."""
+    """Y acceleration of a simulation or a sensor, and its style."""
 
     label: str
     ay: np.ndarray  # (samples,), g
@@ -32,11 +32,11 @@ class _Curve(NamedTuple):
     hz: float  # frequency of its loop, Hz
     look: dict
     marker: str
-    hollow_size: float  # sizes differ, so that one hollow mark may stand within the other
+    hollow_size: float  # sizes differ, so that one hollow mark fits into the other
 
 
 def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str) -> list[_Curve]:
-    """The simulation, and the sensor where there is a record."""
+    """Return the curve of the simulation, and that of the sensor if there is a record."""
     loop_hz, dashed = recording.periods.loop_hz, SENSOR | {"linestyle": (0, (4, 1.2))}
     name = "simulation" if record else f"simulation; {sensor_label}"
     curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
@@ -47,10 +47,9 @@ def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str
 
 
 def first_crest(ay, rate: float, hz: float) -> int:
-    """Sample at which the oscillation of frequency ``hz`` first has its crest.
+    """Return the sample of the first crest of the oscillation of frequency ``hz``.
 
-    Its phase is taken from the first two of its periods, mean removed, not from the whole record: the
-    speed of a real track drifts.
+    Its phase is that of its first two periods, mean removed, not of the whole record: the speed of a real track drifts.
     """
     begin = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
     angle = 2 * np.pi * hz / rate * np.arange(len(begin))
@@ -62,13 +61,13 @@ def first_crest(ay, rate: float, hz: float) -> int:
 def history_figure(
     recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor"
 ) -> Figure:
-    """The y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
+    """Draw the y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
-    Both curves begin where the fundamental of their own first has its crest, and both run for two revolutions of the
-    simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and drift apart. The
-    view holds all of the simulation and nearly all samples of the sensor; triangles stand where its curve is cut off,
-    and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic; without
-    a record the panel of the simulation has it instead of the other one.
+    Each curve begins at the first crest of its own fundamental and runs for two revolutions of the simulated loop. The
+    loops turn at slightly different rates, so they agree in phase at the start and drift apart. The view includes all
+    of the simulation and nearly all samples of the sensor; triangles mark where its curve is cut off, and its extremes
+    are written. ``sensor_label`` names the record, as synthetic if it is; without a record the panel of the simulation
+    has it.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
@@ -80,7 +79,7 @@ def history_figure(
 
 
 def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
-    """The panels of `history_figure`; axes of a figure share theirs."""
+    """Draw the panels of `history_figure`, whose axes are shared."""
     span = REVOLUTIONS / curves[0].hz
     drawn = []
     for ax, curve in zip(axes, curves, strict=True):
@@ -100,7 +99,7 @@ def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
 
 
 def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
-    """Triangles where a curve leaves the view, and its extremes in words."""
+    """Mark with triangles where a curve leaves the view, and write its extremes."""
     low, high = ax.get_ylim()
     look = {"linestyle": "none", "color": BLACK, "markersize": 3.5, "clip_on": False, "zorder": 4}
     for beyond, edge, marker in ((ay > high, high, "^"), (ay < low, low, "v")):
@@ -114,12 +113,12 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
 def spectrum_figure(
     recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor", others=()
 ) -> Figure:
-    """Single-sided amplitude spectra of the whole records.
+    """Draw single-sided amplitude spectra of the whole records.
 
-    Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
+    Above: lines around the loop frequency on the curve that they sample, with the dominant peak as in the paper
     (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle and below:
-    `_draw_ranges`. Parameters are those of `history_figure`; ``others`` are a dominant peak from elsewhere for either
-    record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
+    `_draw_ranges`. Parameters are those of `history_figure`; ``others`` are dominant peaks from elsewhere, such as
+    printed ones: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = recording.periods.loop_hz
     curves = _curves(recording, record, sensor_label)
@@ -151,7 +150,7 @@ def spectrum_figure(
 
 @styled
 def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
-    """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
+    """Draw a record and the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
 
     Parameters are those of `history_figure`. Raises `InputError`: the loop is at rest.
     """
@@ -175,10 +174,10 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 
 
 def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
-    """Spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first one.
+    """Draw spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first.
 
-    Over whole turns of the loop, and up to 2 Hz over as many of all curves, so that equal signals look equal whatever
-    the lengths of their records.
+    Spectra are over whole turns of the loop, up to 2 Hz over the same number for all curves, so that equal signals look
+    equal whatever the lengths of their records.
     """
     turns = int(min(len(curve.ay) / curve.rate * curve.hz for curve in curves) + 1e-6)
     for curve in curves:
@@ -189,7 +188,7 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
         middle, smooth = in_bands(curve.ay[:count], curve.rate, curve.hz)
         every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
-        begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
+        begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves alternate
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
         look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
         complete.plot(middle, smooth, **look, markevery=(begin, every))
@@ -201,8 +200,8 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float], free: tuple[float, float]) -> None:
-    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak: as
-    the FFT has it, and ``free`` of scalloping loss (Hz, g).
+    """Draw lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak:
+    of the FFT, and ``free`` of scalloping loss (Hz, g).
     """
     ay, colour = curve.ay - np.mean(curve.ay), curve.look["color"]
     sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)

@@ -1,8 +1,7 @@
-"""The header and the first row in the text of a data logger: by names of columns, or by their numbers."""
+"""Header and first row in the text of a data logger, found by names of columns or by their numbers."""
 
 import re
 from collections.abc import Sequence
-from functools import partial
 from itertools import takewhile
 
 from trackdyn.fieldtest.logger_text import (
@@ -15,10 +14,10 @@ from trackdyn.fieldtest.logger_text import (
     rows_of,
     split_fields,
 )
-from trackdyn.fieldtest.sensor_mapping import Wanted, is_unit
+from trackdyn.fieldtest.sensor_mapping import SensorMapping, is_header, is_unit, stated_columns, stated_positions
 from trackdyn.inputs.errors import InputError, shown
 
-_HEAD = 200  # lines in which the header is looked for
+_HEAD = 200  # lines in which the header is searched
 _BELOW = 5  # lines between names and rows
 _LONGEST = 20_000  # characters of such a line
 _SECTION = re.compile(r"\[[^\[\]]*\]")  # title of a part of a file
@@ -30,27 +29,30 @@ def _separators(line: str) -> list[str]:
 
 
 def _of_values(line: str) -> str | None:
-    """The separator with which a line holds values only; None if there is none."""
+    """Return the separator with which all fields of a line are values; None if there is none."""
     for separator in _separators(line):
         if (fields := split_fields(line, separator)) and all(map(is_value, fields)):
             return separator
     return None
 
 
-def find_rows(text: str, wanted: Wanted) -> Source:
+def _mostly_values(fields: Sequence[str]) -> bool:
+    return 2 * sum(map(is_value, fields)) > sum(map(bool, fields))
+
+
+def find_rows(text: str, mapping: SensorMapping) -> Source:
     """Find header and rows.
 
-    The header is the first line, perhaps behind a ``#``, whose names are ``wanted`` and are as many as the fields
-    of the row that follows. If all columns are chosen by position, the rows are located by the
-    values in these columns, and the header, if there is one, is the line above; else columns are named "1", "2" and so
-    on. Where no line is recognised it is the one above the first row of numbers. Raises `InputError`: no line is a
-    header, or no line is such a row.
+    The header is the first line, perhaps behind a ``#``, whose names `is_header` accepts and which has as many as the
+    row that follows has fields. If all columns are chosen by position, the rows are located by the values in these
+    columns, and the header is the line above, if it has names; else columns are named "1", "2" and so on. Where no
+    line is recognised it is the one above the first row of numbers. Raises `InputError`: there is no header or no row.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
     if long := next((i + 1 for i, line in enumerate(head) if len(line) > _LONGEST), 0):
         raise InputError(
-            f"line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export the "
-            "columns of the sensor alone, a sample a line."
+            f"line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export only the columns "
+            "of the sensor, a sample a line."
         )
     rows = [
         i
@@ -58,12 +60,12 @@ def find_rows(text: str, wanted: Wanted) -> Source:
         if line.strip() and not line.lstrip().startswith("#") and not _SECTION.fullmatch(line.strip())
     ]
     if not rows:
-        what = "holds comments only" if text.strip() else "is empty"
-        raise InputError(f"the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
+        content = "has only comments" if text.strip() else "is empty"
+        raise InputError(f"the file {content}; it must have a header such as 't_s,ax_g,ay_g,az_g', and rows.")
     text, head = _with_comments(text, head)
-    numbers = list(wanted.numbers.values()) if "ay" in wanted.numbers.keys() == wanted.named.keys() else []
-    if numbers:
-        return rows_of(text, *_layout_by_position(head, rows, numbers))
+    positions = stated_positions(mapping)
+    if "ay" in positions.keys() == stated_columns(mapping).keys():
+        return rows_of(text, *_layout_by_position(head, rows, list(positions.values())))
     unequal = None
     for i, line in enumerate(head):
         line, below = line.strip(" "), [j for j in rows if j > i]
@@ -73,7 +75,7 @@ def find_rows(text: str, wanted: Wanted) -> Source:
             names = split_fields(line, separator)
             if commented and below and len(names) == len(split_fields(head[below[0]], separator)) + 1:
                 names = names[1:]  # a label of the line, such as Headers
-            if not wanted.are_in(names):
+            if not is_header(names, mapping):
                 continue
             units, first = _below(head, below, separator, len(names))
             if first == len(head) or len(split_fields(head[first], separator, len(names))) == len(names):
@@ -81,7 +83,7 @@ def find_rows(text: str, wanted: Wanted) -> Source:
                     fields = split_fields(head[j], separator, len(names))
                     if len(fields) == len(names) and all(map(is_value, fields)):
                         raise InputError(
-                            f"line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; remove "
+                            f"line {j + 1} has numbers ({shown(head[j])}) above the names in line {i + 1}; remove "
                             "it, or write the names above it."
                         )
                 return rows_of(text, names, units, first, separator)
@@ -93,14 +95,13 @@ def find_rows(text: str, wanted: Wanted) -> Source:
 
 
 def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:
-    """A text and its head with an empty field in rows without a comment, where LabVIEW's last column holds those."""
+    """Add an empty field to rows without a comment, where LabVIEW's last column is for comments."""
     for i, line in enumerate(head):
         separator = _separators(line)[0]
         count = len(names := split_fields(line, separator))
         if count < 3 or names[-1].casefold() not in ("comment", "comments") or separator == " ":
             continue
-        short = [j for j in range(i + 1, len(head)) if len(split_fields(head[j], separator)) == count - 1]
-        if short:
+        if any(len(split_fields(row, separator)) == count - 1 for row in head[i + 1 :]):
             lines = text.split("\n")
             lines[i + 1 :] = [
                 row + separator if len(split_fields(row, separator)) == count - 1 else row for row in lines[i + 1 :]
@@ -110,10 +111,10 @@ def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:
 
 
 def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], int]:
-    """Units of the columns, and the first row of the lines ``below`` a header; the end of ``head`` if there is none.
+    """Return the units of the columns and the first row of the lines ``below`` a header, the end of ``head`` if none.
 
-    What is no row has fewer values than other fields, and no value where all of the next lines have one: a row of
-    units, of methods, or the number of samples.
+    A line that is no row has fewer values than other fields, and no value in a column where all of the next lines have
+    one: a line of units, of methods, or the number of samples.
     """
     units = [""] * count
     for k, i in enumerate(below[:_BELOW]):
@@ -132,40 +133,34 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
 
 
 def _likely_layout(head: Sequence[str], rows: list[int]) -> _Layout:
-    """Layout below the line that looks most like a header: the one above the first row of numbers, and its units."""
+    """Return the layout below the likeliest header: the line above the first row of numbers and its units."""
     first = next((k for k, j in enumerate(rows) if _of_values(head[j])), None)
-    first = first if first is not None else next(filter(partial(_begins, head, rows), range(len(rows))), 1)
+    if first is None:
+        first = next((k for k in range(len(rows)) if _begins(head, rows[k : k + 3])), 1)
     if first == 0:
         raise InputError(
-            f"line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must be; write "
+            f"line {rows[0] + 1} has numbers ({shown(head[rows[0]])}) where the names of the columns must be; write "
             "them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
         )
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
     widths = [len(split_fields(head[j], separator)) for j in rows[:first]]
     at = first - sum(1 for _ in takewhile(lambda width: width == widths[-1], widths[::-1]))  # of several rows of names
     names = split_fields(head[rows[at]], separator)
-    if (
-        any(names)
-        and first < len(rows)
-        and len(fields := split_fields(head[rows[first]], separator, len(names))) != len(names)
-    ):
+    fields = split_fields(head[rows[first]], separator, len(names)) if first < len(rows) else names
+    if any(names) and len(fields) != len(names):
         return [str(k + 1) for k in range(len(fields))], [""] * len(fields), rows[first], separator
     return names, *_below(head, rows[at + 1 :], separator, widths[-1]), separator
 
 
-def _begins(head: Sequence[str], rows: list[int], at: int) -> bool:
-    """Whether mostly values stand in this row and the two below it, in as many fields."""
-    separator = _separators(head[rows[at]])[0]
-    some = [split_fields(head[i], separator) for i in rows[at : at + 3]]
-    return (
-        len(some) == 3
-        and len({len(fields) for fields in some} | {1}) == 2
-        and all(2 * sum(map(is_value, fields)) > sum(map(bool, fields)) for fields in some)
-    )
+def _begins(head: Sequence[str], rows: list[int]) -> bool:
+    """Return whether three rows have mostly values, in the same number of fields."""
+    fields = [split_fields(head[i], _separators(head[rows[0]])[0]) for i in rows]
+    counts = set(map(len, fields))
+    return len(rows) == 3 and len(counts) == 1 and counts != {1} and all(map(_mostly_values, fields))
 
 
 def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[int]) -> _Layout:
-    """Layout of a file whose columns are chosen by position."""
+    """Return the layout of a file whose columns are chosen by position."""
     for at, line in enumerate(rows):
         for separator in _separators(head[line]):
             if layout := _rows_from(head, rows, at, separator, numbers):
@@ -177,18 +172,18 @@ def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
     fields = split_fields(head[rows[-1]], _separators(head[rows[-1]])[0])
     cells = [shown(fields[k]) for k in sorted(numbers) if k < len(fields) and not is_value(fields[k])]
-    held = f" (line {rows[-1] + 1} holds {' and '.join(cells)})" * bool(cells)
+    example = f" (line {rows[-1] + 1} has {' and '.join(cells)})" * bool(cells)
     raise InputError(
-        f"no rows with numbers in column {wanted} within {len(head)} lines{held}; give another column, or, if only the "
-        "stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
+        f"no rows with numbers in column {wanted} within {len(head)} lines{example}; give another column, or, if only "
+        "the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 
 
 def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, numbers: Sequence[int]) -> _Layout | None:
-    """See `_layout_by_position`; None if the rows do not begin at ``rows[at]`` with this separator.
+    """Return the layout (`_layout_by_position`) if rows begin at ``rows[at]`` with this separator, else None.
 
-    They begin with the first one that has values in these columns, as the next two have, and the same number of
-    fields. A line with text where the rows below have values is a header or a preamble.
+    The first row has values in these columns, as the next two have, and as many fields. A line with text where the
+    rows below have values is a header or a preamble.
     """
     count, first = max(len(split_fields(head[i], separator)) for i in rows[at : at + 3]), rows[at]
 
@@ -205,31 +200,31 @@ def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, nu
         return any(not text and share == 1 for text, share in zip(texts, shares, strict=False))
 
     def text_above_values(texts: Sequence[str]) -> bool:
-        texts_above = [share for text, share in zip(texts, shares, strict=False) if text and not is_value(text)]
-        return lacks_values(texts) or any(share > 0.5 for share in texts_above)
+        pairs = zip(texts, shares, strict=False)
+        return lacks_values(texts) or any(share > 0.5 and text and not is_value(text) for text, share in pairs)
 
     if not all(chosen(fields(i)) for i in rows[at : at + 3]) or text_above_values(fields(first)):
         return None
     above = [i for i in range(first) if head[i].strip(" #")][-2:][::-1]
-    named = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
-    header = named[: 1 + (len(named) > 1 and any(map(is_unit, fields(named[0]))))]
-    # a row above is a row, too: what follows it is a defect
+    lines_of_names = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
+    header = lines_of_names[: 1 + (len(lines_of_names) > 1 and any(map(is_unit, fields(lines_of_names[0]))))]
+    # a row above is a row, too, and the lines after it are defects
     for i in rows[:at]:
         texts = fields(i)
-        values = 2 * sum(map(is_value, texts)) > sum(map(bool, texts))
+        values = _mostly_values(texts)
         if i in header or len(texts) != count or lacks_values(texts) or not (values or chosen(texts)):
             continue
         if not values and text_above_values(texts):
             raise InputError(
-                f"line {i + 1} ({shown(head[i])}) holds text where line {first + 1} holds numbers; correct it if it is "
-                "a row, else remove it."
+                f"line {i + 1} ({shown(head[i])}) has text where line {first + 1} has numbers; correct it if it is a "
+                "row, else remove it."
             )
         first, header = i, []
         break
     else:
         if not header and _are_indices(fields(first), below[:1]):
             raise InputError(
-                f"line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
+                f"line {first + 1} ({shown(head[first])}) may be the numbers of the columns or values; remove it."
             )
     pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
     names = split_fields(head[above[0]], separator) if above else []
@@ -237,7 +232,7 @@ def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, nu
     whole = fewer and all(re.fullmatch(r"-?\d+", field) for field in fields(first))
     if separator == "," and not header and (whole or any(map(are_split, pairs))):
         raise InputError(
-            f"line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with decimal "
+            f"line {first + 1} ({shown(head[first])}) seems to have decimal commas among commas; save it with decimal "
             "points, or with semicolons or tabs between the columns."
         )
     names = fields(header[-1]) if header else [str(k + 1) for k in range(count)]
@@ -245,13 +240,13 @@ def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, nu
 
 
 def _names(fields: Sequence[str], numbers: Sequence[int]) -> bool:
-    """Whether fields are names, at least in the columns ``numbers``; names may be numbers that count the columns."""
+    """Return whether fields are names, at least in the columns ``numbers``; numbers may count the columns."""
     texts = [field for field in fields if field and not is_value(field)]
     return bool(texts or not fields[0]) and (not any(is_value(fields[k]) for k in numbers) or _are_indices(fields))
 
 
 def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> bool:
-    """Whether the values among fields count the columns, from 0 or 1, and not also the rows ``below``."""
+    """Return whether the values among fields count the columns, from 0 or 1, and not also the rows ``below``."""
     values = [field for field in fields if is_value(field)]
     counted = len(values) > 1 - bool(set(fields) - set(values)) and any(
         values == [str(k + start) for k in range(len(values))] for start in (0, 1)

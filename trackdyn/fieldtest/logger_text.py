@@ -1,7 +1,7 @@
-"""Columns of numbers out of the text of a data logger.
+"""Columns of numbers from the text of a data logger or a table of pandas.
 
-Loggers, spreadsheets and apps differ in separators, decimal signs, comments and quotes. A text that can be read in one
-way only is read; for any other one sentence says which line is doubtful.
+Loggers, spreadsheets and apps differ in separators, decimal signs, comments and quotes. A text is read if it has only
+one meaning; otherwise the error names the ambiguous line.
 """
 
 import csv
@@ -18,11 +18,11 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.fieldtest.sensor_mapping import Column, columns_of, in_cell
-from trackdyn.fieldtest.stamps import DATE, is_index, seconds_of
+from trackdyn.fieldtest.stamps import DATE, NO_STAMPS, is_index, seconds_of
 from trackdyn.inputs.errors import InputError, shown
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
-_THOUSANDS = "'\u2019 \u2009"  # signs that stand between thousands alone
+_THOUSANDS = "'\u2019 \u2009"  # signs that only separate thousands
 _GROUPED = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}([{sign}]\d{{3}})+", re.ASCII) for sign in ",."}
 # numbers by their decimal sign: plain ones, and those with the other sign, or with signs of their own, among thousands
 NUMBER = {
@@ -41,25 +41,29 @@ class Source:
     """Rows of a text or of a table of pandas, N, and their c columns."""
 
     columns: list[Column]
-    body: str | pd.DataFrame  # the rows, without what ends the file; of a column of objects the texts are read
+    body: str | pd.DataFrame  # the rows, without the end of the file; columns of objects are read as text
     lines: Sequence[int]  # number of each row, in a text of its line, from 1
     separator: str = ""  # between the fields of a text
     dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
     group: str = ""  # columns and codes of the rows that were chosen, node=2,kind=ACC
     left_out: tuple[str, ...] = ()  # lines of words below the rows
-    synthetic: bool = False  # whether a comment says that the file is synthetic
+    synthetic: bool = False  # True if a comment states that the file is synthetic
 
     @property
     def names(self) -> list[str]:
         """Names of the columns."""
         return [column.name for column in self.columns]
 
+    @property
+    def rows(self) -> list[str]:
+        """Lines of a text; empty for a table."""
+        return self.body.split("\n") if isinstance(self.body, str) and self.body else []
+
     @cached_property
     def cells(self) -> list[list[str]]:
-        """Cells of every row as they are written, without quotes and blanks around them."""
+        """Cells of each row as written, without quotes and blanks around them."""
         if isinstance(self.body, str):
-            lines = self.body.split("\n") if self.body else []
-            return [split_fields(line, self.separator, len(self.columns)) for line in lines]
+            return [split_fields(line, self.separator, len(self.columns)) for line in self.rows]
         texts = [
             ["" if missing else str(cell).strip() for cell, missing in zip(cells, cells.isna(), strict=True)]
             for _, cells in self.body.items()
@@ -67,42 +71,36 @@ class Source:
         return list(map(list, zip(*texts, strict=True)))
 
     def texts(self, column: int) -> list[str]:
-        """The N cells of a column."""
+        """Return the N cells of a column."""
         return [row[column] if len(row) > column else "" for row in self.cells]
 
     def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
-        """(N, c) numbers of some columns, NaN where a cell holds none, or a row another number of fields than c.
+        """Return (N, c) numbers of some columns, NaN for other cells and in rows of another number of fields.
 
-        Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`).
+        Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`). Raises `InputError`: a
+        comma or a point may mark decimals or thousands.
         """
-        values = {} if isinstance(self.body, str) else _typed(self.body, columns)
+        text = isinstance(self.body, str)
+        values = {} if text else _typed(self.body, columns)
+
+        def whole_rows(column: int) -> list[str]:
+            return [row[column] if len(row) == len(self.columns) else "" for row in self.cells]
+
         if time is not None and time in self.dated and time not in values:
-            values[time] = seconds_of(self.columns[time].name, self._of_rows(time), day_first)
+            values[time] = seconds_of(self.columns[time].name, whole_rows(time), day_first)
         if rest := [column for column in columns if column not in values]:
-            values |= zip(rest, self._parsed(rest), strict=True)
+            decimal = self._decimal_sign(rest)
+            clean = self._parsed_at_once(rest, decimal) if text else None
+            parsed = [_numbers(whole_rows(column), decimal) for column in rest] if clean is None else clean.T
+            values |= zip(rest, parsed, strict=True)
+            for column in rest if text and decimal == "." else ():
+                self._require_decimals(column, values[column])
         return np.column_stack([values[column] for column in columns])
 
-    def _of_rows(self, column: int) -> list[str]:
-        """The cells of a column, empty in a row of another number of fields."""
-        return [row[column] if len(row) == len(self.columns) else "" for row in self.cells]
-
-    def _parsed(self, columns: Sequence[int]) -> Sequence[np.ndarray]:
-        """Numbers in columns of text."""
-        if not isinstance(self.body, str):
-            return [_numbers(self._of_rows(column), ".") for column in columns]
-        decimal = self._decimal_sign(columns)
-        clean = self._parsed_at_once(self.body, columns, decimal)
-        parsed = [_numbers(self._of_rows(column), decimal) for column in columns] if clean is None else list(clean.T)
-        for column, values in zip(columns, parsed, strict=True):
-            if decimal == ".":
-                self._require_decimals(column, values)
-        return parsed
-
     def _decimal_sign(self, columns: Sequence[int]) -> str:
-        """The sign of decimals in a text. Raises `InputError`: it may also stand between thousands."""
-        if not isinstance(self.body, str):
-            return "."
-        head = [split_fields(line, self.separator) for line in self.body.split("\n", 100)[:100]]
+        """Return the decimal sign of a text. Raises `InputError`: it may also separate thousands."""
+        lines = self.body.split("\n", 100)[:100] if isinstance(self.body, str) else []
+        head = [split_fields(line, self.separator) for line in lines]
         fields = [in_cell(field)[0] for row in head for k, field in enumerate(row) if k in columns]
         commas = [field for field in fields if "," in field and not NUMBER["."].fullmatch(field)]
         if commas and all(map(_GROUPED[","].fullmatch, commas)):
@@ -110,7 +108,7 @@ class Source:
         return "," if commas else "."
 
     def _require_decimals(self, column: int, values: np.ndarray) -> None:
-        """Refuse (`InputError`) points that may group thousands: 500 and 1.234, but no number between 0 and 1."""
+        """Refuse (`InputError`) points that may separate thousands: 500 and 1.234, but no number between 0 and 1."""
         broken = values[np.isfinite(values) & (values != np.round(values))]
         if not broken.size or np.abs(broken).min() <= 1 or np.abs(broken).max() >= 1000:
             return
@@ -120,12 +118,12 @@ class Source:
             if len(points) < len(cells) and all(map(_GROUPED["."].fullmatch, points)):
                 _refuse_thousands(points[0])
 
-    def _parsed_at_once(self, body: str, columns: Sequence[int], decimal: str) -> np.ndarray | None:
-        """(N, c) numbers of a clean body; None for whatever needs a closer look."""
-        separator, width, rows = self.separator, len(self.columns), len(self.lines)
+    def _parsed_at_once(self, columns: Sequence[int], decimal: str) -> np.ndarray | None:
+        """Return (N, c) numbers of a clean body; None if it needs a closer look."""
+        body, separator, width, rows = str(self.body), self.separator, len(self.columns), len(self.lines)
         if body.partition("\n")[0].endswith(separator):
             body = re.sub(rf"{re.escape(separator)}+$", "", body, flags=re.MULTILINE)
-        # told which columns to use, pandas drops what a row has too much; if separators cannot be counted it reads all
+        # with usecols pandas drops the extra fields of a row; where separators cannot be counted it reads all columns
         some = None if separator == " " or '"' in body else sorted(set(columns))
         if not body or (some and body.count(separator) != rows * (width - 1)):
             return None
@@ -142,43 +140,41 @@ class Source:
         return np.where(np.isfinite(table), table, np.nan) if len(table) == rows else None
 
     def refuse(self, row: int, column: int, time: bool) -> NoReturn:
-        """Refuse (`InputError`) a row of another number of fields, or a cell that holds no number, nor a ``time``."""
-        if isinstance(self.body, str) and len(self.cells[row]) != len(self.columns):
-            line = self.body.split("\n")[row]
-            refuse_fields(line, self.lines[row], self.names, self.separator, "the file")
+        """Refuse (`InputError`) a row of another number of fields, or a cell without a number or, if ``time``, date."""
+        if self.rows and len(self.cells[row]) != len(self.columns):
+            refuse_fields(self.rows[row], self.lines[row], self.names, self.separator, "the file")
         texts = self.texts(column)
         if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", texts[row], re.ASCII):
             _refuse_thousands(texts[row])
         unit, sign = in_cell(texts[0])[1], "comma" if self._decimal_sign([column]) == "," else "point"
         wanted = f"a finite number with a decimal {sign}{f' in {unit}' * bool(unit)}"
         wanted += " or a date and time as 2024-05-01T12:00:00.001" * time
-        remedy = "read no stamps, `time: none, rate: HZ`" if time else "give `gaps: bridge` or `gaps: longest`"
+        remedy = f"read no stamps, {NO_STAMPS}" if time else "give `gaps: bridge` or `gaps: longest`"
         raise InputError(
             f"field {self.columns[column].name} in {self.where(row)} is {shown(texts[row])}, not {wanted}; correct it, "
             f"remove the row, or {remedy}."
         )
 
     def where(self, row: int) -> str:
-        """Where a row stands, in words."""
+        """Return the line of a text, or the row of a table, for a message."""
         return f"{'line' if isinstance(self.body, str) else 'row'} {self.lines[row]}"
 
     def repeats(self) -> np.ndarray:
-        """(N,) whether a row has the same cells as the one above it."""
-        rows: Sequence = self.body.split("\n") if isinstance(self.body, str) else self.cells
+        """Return a mask, (N,), of rows with the same cells as the row above."""
+        rows: Sequence = self.rows or self.cells
         return np.array([False, *(row == above for above, row in pairwise(rows))])
 
     def misfits(self) -> np.ndarray:
-        """(N,) whether a row has another number of fields than there are columns, so that it is no sample."""
+        """Return a mask, (N,), of rows with another number of fields than there are columns."""
         return np.array([len(row) != len(self.columns) for row in self.cells], bool)
 
     def only(self, chosen: np.ndarray) -> "Source":
-        """Some of the rows."""
-        text = isinstance(self.body, str)
-        body = "\n".join(compress(self.body.split("\n"), chosen)) if text else self.body[chosen]
+        """Return the rows of a mask."""
+        body = "\n".join(compress(self.rows, chosen)) if isinstance(self.body, str) else self.body[chosen]
         return replace(self, body=body, lines=np.asarray(self.lines)[chosen])
 
     def stamps(self, column: int) -> np.ndarray:
-        """The numbers of a column that may be the time; none if it has a form that is not read, such as 1,000."""
+        """Return the numbers of a column that may be the time; none if their form is ambiguous, such as 1,000."""
         try:
             values = self.numbers([column], column, True)[:, 0]
         except InputError:
@@ -187,7 +183,7 @@ class Source:
 
 
 def _typed(frame: pd.DataFrame, columns: Sequence[int]) -> dict[int, np.ndarray]:
-    """(N,) numbers of those columns of a table that are numbers or times, in s since the first."""
+    """Return (N,) numbers of those columns of a table that are numbers or times, in s since the first."""
     values = {}
     for column in columns:
         cells = frame.iloc[:, column]
@@ -200,10 +196,10 @@ def _typed(frame: pd.DataFrame, columns: Sequence[int]) -> dict[int, np.ndarray]
 
 
 def table_of(frame: pd.DataFrame) -> Source:
-    """Columns of a DataFrame, and its index where that is named or of times; names of several levels are joined."""
+    """Return the columns of a DataFrame, and its index if that has a name or times; level names are joined by ``/``."""
     index = frame.index
     kind = index.dtype.kind
-    # rows that are counted, perhaps sorted
+    # row numbers, perhaps sorted
     numbered = index.name is None and (kind not in "mMf" or (kind == "f" and is_index(index.to_numpy())))
     again = index.name in frame and np.array_equal(frame[index.name].to_numpy().ravel(), index.to_numpy())
     if not (numbered or again or isinstance(index, pd.MultiIndex)):
@@ -221,7 +217,7 @@ def table_of(frame: pd.DataFrame) -> Source:
 
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
-    """Fields of a line without quotes and blanks around them; empty ones at the end beyond ``count`` are dropped."""
+    """Split a line into fields without quotes and blanks around them; drop empty ones at the end beyond ``count``."""
     if '"' not in line and separator != " ":
         fields = [field.strip(" \t'") for field in line.split(separator)]
     else:
@@ -236,13 +232,13 @@ def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
 
 
 def is_value(field: str) -> bool:
-    """Whether a field is a number, perhaps with its unit, or a date and time: data, not a name."""
+    """Return whether a field is a number, perhaps with its unit, or a date and time, rather than a name."""
     text = in_cell(field)[0]
     return any(form.fullmatch(text) for form in (DATE, _NOT_FINITE, *NUMBER.values()))
 
 
 def is_words(line: str, separator: str) -> bool:
-    """Whether a line that is no row holds words, or is a rule such as -----, and no value."""
+    """Return whether a line has words or is a rule such as -----, and has no value."""
     letters = re.search(r"[^\W\d_]{2}", line) or re.fullmatch(r"[-=+*_| ]+", line)
     return bool(letters) and not any(map(is_value, split_fields(line, separator)))
 
@@ -252,14 +248,14 @@ def _is_stamp(field: str) -> bool:
 
 
 def _numbers(cells: Sequence[str], decimal: str) -> np.ndarray:
-    """Numbers in the cells of a column; NaN where there is none, or one of another unit than others have."""
+    """Return (N,) numbers of the cells of a column; NaN for other cells, or another unit than the first."""
     parted = [in_cell(cell) for cell in cells]
     unit = next((unit for _, unit in parted if unit), "")
     return np.array([number_in(text, decimal) if own in ("", unit) else np.nan for text, own in parted], float)
 
 
 def number_in(text: str, decimal: str = ".") -> float:
-    """The number in a text, whose blanks and signs between thousands do not count; NaN if it is none."""
+    """Return the number in a text, without blanks and signs between thousands; NaN for any other text."""
     if not NUMBER[decimal].fullmatch(text):
         return np.nan
     value = float(re.sub(rf"[^\d{decimal}eE+-]", "", text).replace(",", "."))
@@ -267,13 +263,12 @@ def number_in(text: str, decimal: str = ".") -> float:
 
 
 def rows_of(text: str, names: list[str], units: list[str], first: int, separator: str) -> Source:
-    """Rows of a text from line ``first`` (from 0) on, without blank lines, and without comments and words at its end.
+    """Return the rows of a text from line ``first`` (from 0) on, without blank lines, and comments and words below.
 
     A column without a unit has that of its first cell.
     """
     above = text.split("\n", first)[:first]
-    position = sum(map(len, above)) + first
-    body, below = text[position:].rstrip(" \n\x1a"), []
+    body, below = text[sum(map(len, above)) + first :].rstrip(" \n\x1a"), []
     while body:
         line = body[(cut := body.rfind("\n") + 1) :].strip()
         comment = line.startswith("#") or not line.strip(separator)
@@ -302,13 +297,13 @@ def _refuse_thousands(cell: str) -> NoReturn:
     )
 
 
-def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, what: str) -> NoReturn:
-    """Say that a row has not as many fields as the header has names."""
+def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, header: str) -> NoReturn:
+    """Refuse (`InputError`) a row that has not as many fields as the header has names."""
     where = f"line {number} ({shown(line)})"
     if line.lstrip().startswith("#"):
         raise InputError(f"{where} is a comment among the rows; remove the line.")
     fields = split_fields(line, separator, len(names))
-    between = f"{where} has {len(fields)} fields between {SEPARATORS[separator]} and {what} has {len(names)} names"
+    between = f"{where} has {len(fields)} fields between {SEPARATORS[separator]} and {header} has {len(names)} names"
     whole = len(fields) > len(names) and all(re.fullmatch(r"-?\d+", field) for field in fields)
     if separator == "," and (are_split(fields) or whole):
         raise InputError(
@@ -322,7 +317,7 @@ def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, 
 
 
 def are_split(fields: Sequence[str]) -> bool:
-    """Whether fields between commas look like numbers that a decimal comma has split: -0 and 5064."""
+    """Return whether fields between commas look like numbers that a decimal comma has split: -0 and 5064."""
     return any(
         re.fullmatch(r"-?\d+", whole) and re.fullmatch(r"\d+", rest)
         and (whole == "-0" or (rest.startswith("0") and len(rest) > 1))
@@ -331,5 +326,5 @@ def are_split(fields: Sequence[str]) -> bool:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names of columns as they may stand in a sentence."""
+    """Join names of columns for a message, at most twelve."""
     return (", ".join(map(shown, names[:12])) + ", ..." * (len(names) > 12)) or "columns without names"

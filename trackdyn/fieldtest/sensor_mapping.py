@@ -1,4 +1,4 @@
-"""The meaning of the columns of a sensor's file: by their names, and as the user states it."""
+"""Meaning of the columns of a sensor's file: the mapping that a user states, and the names of the columns."""
 
 import re
 import unicodedata
@@ -34,9 +34,10 @@ TIMES = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     for name in names.split()
 }  # fmt: skip
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | TIMES, key=len, reverse=True)))
-# a number and its unit
+# number and unit
 _IN_CELL = re.compile(rf"([+-]? ?[\d.,'\u2019\u2009 ]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)
-_TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(TIMES, key=len, reverse=True))})")  # of a time that two columns hold
+# name of a column of whole units of a time that is split, such as secs and nsecs
+_TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(TIMES, key=len, reverse=True))})")
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(](?!\d+[\])])((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
@@ -45,7 +46,7 @@ _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-
 
 
 def _degrees(value: float | str) -> float:
-    """An angle in deg, 44 or 44deg. Raises `InputError`: it is none."""
+    """Return an angle in deg, of 44 or 44deg. Raises `InputError`: it is not an angle."""
     with suppress(ValueError):
         if isfinite(angle := parse_number(re.sub(r"\s*(deg|\N{DEGREE SIGN})$", "", str(value)))):
             return angle
@@ -56,7 +57,7 @@ Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is
 
 
 class SensorMapping(Section):
-    """Facts that a sensor's file does not state itself: the options of ``trackdyn compare``, or a small YAML file."""
+    """Facts that a sensor's file does not state: the options of ``trackdyn compare``, or a small YAML file."""
 
     model_config = ConfigDict(populate_by_name=True)
 
@@ -108,13 +109,13 @@ class SensorMapping(Section):
     )
     sensors: dict[str, "SensorMapping"] = Field(
         default_factory=dict,
-        description="By the name of each sensor of the rig, the keys that are its own; all others hold for every one.",
+        description="Keys of each sensor of the rig, by its name; keys outside hold for all of them.",
     )
 
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data: Any) -> Any:
-        """Add to the mapping of every sensor what holds for all of them."""
+        """Add the common keys to the mapping of each sensor."""
         if not isinstance(data, dict) or not isinstance(sensors := data.get("sensors"), dict):
             return data
         common = {name: value for name, value in data.items() if name != "sensors"}
@@ -127,41 +128,39 @@ class SensorMapping(Section):
         if self.time == "none" and self.rate is None:
             raise InputError("time = none needs a rate in Hz, such as rate 1000")
         if any(own.sensors for own in self.sensors.values()):
-            raise InputError("sensors: must not stand within the mapping of a sensor; write all of them side by side")
+            raise InputError("sensors: must not be in the mapping of a sensor; list all sensors on one level")
         if self.bits and not self.range:
             raise InputError(f"bits = {self.bits} needs the range in g that they span, such as range 16")
         if self.counts_per_g and (self.unit or (self.scale and self.bits)):
-            raise InputError("scale, bits and unit say the same of a column; give one of them")
+            raise InputError("scale, bits and unit all state the unit of a column; give one of them")
         return self
 
-    def of_sensors(
-        self, names: Iterable[str], path: Path | str, alone: str | None = None
-    ) -> dict[str, "SensorMapping"]:
-        """Mapping of every sensor of a rig by its name, or of the one that is compared ``alone``.
+    def of_sensors(self, names: Iterable[str], path: Path | str, only: str | None = None) -> dict[str, "SensorMapping"]:
+        """Return the mapping of each sensor of a rig by its name, or of the ``only`` one that is compared.
 
         Raises `InputError`: the groups of the file ``path`` are not those of the sensors.
         """
         names = list(names)
-        compared = names if alone is None else [alone]
+        compared = names if only is None else [only]
         if not self.sensors and len(compared) == 1:
             return {compared[0]: self}
-        if alone not in self.sensors if alone else self.sensors.keys() != set(names):
+        if only not in self.sensors if only else self.sensors.keys() != set(names):
             mapped = f"those of {', '.join(self.sensors)}" if self.sensors else "the columns of one"
             raise InputError(
                 f"{path}: the rig has {len(names)} sensor{'s' * (len(names) > 1)}, {', '.join(names)}, and the mapping "
-                f"names {mapped}; write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group a "
-                "sensor, or name the one that is compared"
+                f"names {mapped}; write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group per "
+                "sensor, or name the sensor to compare"
             )
         return {name: self.sensors[name] for name in compared}
 
     @property
     def counts_per_g(self) -> float | None:
-        """Raw counts that are 1 g; None if the columns hold none."""
+        """Units of the file per g; None if none are stated."""
         return 2.0 ** (self.bits - 1) / self.range if self.bits and self.range else self.scale
 
 
 def _on_top(common: Any, own: Any) -> Any:
-    """Keys of ``own`` on top of ``common``, axis by axis; what is no mapping is refused where it is read."""
+    """Merge the keys of ``own`` into ``common``, axis by axis; validation refuses any that are not mappings."""
     if not (isinstance(common, dict) and isinstance(own, dict)):
         return own if isinstance(common, dict) else common
     axes = common.get("axes", {}), own.get("axes", {})
@@ -171,7 +170,10 @@ def _on_top(common: Any, own: Any) -> Any:
 
 @typed
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
-    """A mapping from a YAML file, with options that are not None or empty on top of it; or `InputError`."""
+    """Read a mapping from a YAML file and replace its fields by options other than None, empty or False.
+
+    Raises `InputError`: a key or its value is not valid.
+    """
     data = {} if path is None else read_yaml(path)
     if isinstance(data, dict):
         options = {name: value for name, value in options.items() if value not in (None, {}) and value is not False}
@@ -182,19 +184,24 @@ def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMappin
 
 
 class Column(NamedTuple):
-    """A column of the file: its position, from 0, and its name as it stands there, which is ``base`` and unit."""
+    """Column of a file: position, from 0, and name as written, which consists of ``base`` and unit."""
 
     position: int
     name: str
     base: str
     unit: str
-    sign: int = 1  # -1: the values are turned
+    sign: int = 1  # -1: the values are negated
 
     @property
     def described(self) -> str:
-        """Its number, and its name if that is another."""
+        """Number, and name if that is another."""
         number = str(self.position + 1)
         return f"column {number}" if self.name == number else f"column {number} {shown(self.name)}"
+
+
+def _plain(name: str) -> str:
+    name = unicodedata.normalize("NFKC", name.strip("'\" ")).casefold().replace("\N{MINUS SIGN}", "-")
+    return " ".join(name.split())
 
 
 def _column(index: int, name: str, unit: str) -> Column:
@@ -208,19 +215,24 @@ def _column(index: int, name: str, unit: str) -> Column:
     return Column(index, name, base, f"{name_unit} and {row_unit}" if contradict else name_unit or row_unit)
 
 
-def _plain(name: str) -> str:
-    plain = unicodedata.normalize("NFKC", name.strip("'\" ")).casefold().replace("\N{MINUS SIGN}", "-")
-    return " ".join(plain.split())
+def columns_of(names: Sequence[str], units: Sequence[str] = ()) -> list[Column]:
+    """Return the columns of these names, with the units in the line below."""
+    return [_column(k, *both) for k, both in enumerate(zip_longest(names, units, fillvalue=""))]
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a field is the unit of an acceleration or of a time."""
+    return _column(0, "", text).unit in UNITS | TIMES
 
 
 def _position(name: str) -> int | None:
-    """Position, from 0, of a column that is named by its number, ``3`` or ``#3``; None for any other name."""
+    """Return the position, from 0, of a column that is named by its number, ``3`` or ``#3``; else None."""
     number = re.fullmatch(r"#?([1-9]\d{0,3})", name, re.ASCII)
     return int(number[1]) - 1 if number else None
 
 
 def named(columns: Sequence[Column], name: str) -> list[Column]:
-    """Columns of a name, with its unit or else without it, or of a number; ``#3`` is the third, whatever the names."""
+    """List the columns of a name, with or without its unit, or of a number; ``#3`` is always the third."""
     position = _position(name)
     counted = [] if position is None else list(columns[position : position + 1])
     if name.startswith("#") and counted:
@@ -229,64 +241,48 @@ def named(columns: Sequence[Column], name: str) -> list[Column]:
     return counted + [column for column in same if column not in counted]
 
 
-def is_unit(text: str) -> bool:
-    """Whether a field is the unit of an acceleration or of a time."""
-    return _column(0, "", text).unit in UNITS | TIMES
+def stated_columns(mapping: SensorMapping) -> dict[str, str]:
+    """Return the names of columns that a mapping states, by axis and ``time``."""
+    return {**mapping.axes} | ({"time": mapping.time} if mapping.time not in (None, "none") else {})
 
 
-def columns_of(names: Sequence[str], units: Sequence[str] = ()) -> list[Column]:
-    """Columns by their names and the units below them."""
-    return [_column(k, *both) for k, both in enumerate(zip_longest(names, units, fillvalue=""))]
+def stated_positions(mapping: SensorMapping) -> dict[str, int]:
+    """Return the positions of columns that a mapping chooses by number, from 0, by axis and ``time``."""
+    positions = {key: _position(name.removeprefix("-")) for key, name in stated_columns(mapping).items()}
+    return {key: position for key, position in positions.items() if position is not None}
 
 
-class Wanted(NamedTuple):
-    """Columns that a mapping asks for, beside those whose names tell."""
-
-    named: dict[str, str]  # by axis and ``time``, as a mapping names them
-    timed: bool  # whether a column may be the time
-    group: str | None
-
-    @property
-    def numbers(self) -> dict[str, int]:
-        """Columns that are chosen by position, from 0."""
-        positions = {key: _position(name.removeprefix("-")) for key, name in self.named.items()}
-        return {key: position for key, position in positions.items() if position is not None}
-
-    def choose(self, columns: Sequence[Column]) -> dict[str, list[Column]]:
-        """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
-        if self.group and (of_group := of_group_in(columns, self.group)):
-            columns = [
-                of_group.get(column.position, column)
-                for column in columns
-                if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
-            ]
-        chosen = {}
-        for key, name in self.named.items():
-            turned = name.startswith("-") and not named(columns, name)
-            columns_named = named(columns, name[1:] if turned else name)
-            chosen[key] = [column._replace(sign=-1 if turned else 1) for column in columns_named]
-        taken = {column.position for of_key in chosen.values() for column in of_key}
-        for column in columns:
-            letter = _AXIS_NAME.fullmatch(column.base)
-            key = f"a{letter[1]}" if letter else "time" if self.timed and _TIME_NAME.fullmatch(column.base) else ""
-            if key and key not in self.named and column.position not in taken:
-                chosen.setdefault(key, []).append(column)
-        return chosen
-
-    def are_in(self, names: Sequence[str]) -> bool:
-        """Whether names are a header; a line of a preamble may have as many fields as a number asks for."""
-        chosen = self.choose(columns_of(names))
-        return bool(chosen.get("ay")) and ("ay" not in self.numbers or all(map(chosen.get, self.named)))
+def candidates(columns: Sequence[Column], mapping: SensorMapping) -> dict[str, list[Column]]:
+    """Return the columns that may be ``time``, ``ax``, ``ay`` and ``az``, by the mapping or their names."""
+    if mapping.group and (of_group := of_group_in(columns, mapping.group)):
+        columns = [
+            of_group.get(column.position, column)
+            for column in columns
+            if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
+        ]
+    chosen, stated = {}, stated_columns(mapping)
+    for key, name in stated.items():
+        negated = name.startswith("-") and not named(columns, name)
+        columns_named = named(columns, name[1:] if negated else name)
+        chosen[key] = [column._replace(sign=-1 if negated else 1) for column in columns_named]
+    used = {column.position for of_key in chosen.values() for column in of_key}
+    for column in columns:
+        letter, timed = _AXIS_NAME.fullmatch(column.base), mapping.time != "none"
+        key = f"a{letter[1]}" if letter else "time" if timed and _TIME_NAME.fullmatch(column.base) else ""
+        if key and key not in stated and column.position not in used:
+            chosen.setdefault(key, []).append(column)
+    return chosen
 
 
-def wanted_columns(mapping: SensorMapping) -> Wanted:
-    """What a mapping says of columns."""
-    time = {"time": mapping.time} if mapping.time not in (None, "none") else {}
-    return Wanted({**mapping.axes} | time, mapping.time != "none", mapping.group)
+def is_header(names: Sequence[str], mapping: SensorMapping) -> bool:
+    """Return whether names are a header; a line of a preamble may have enough fields for columns by number."""
+    chosen = candidates(columns_of(names), mapping)
+    by_number = "ay" in stated_positions(mapping)
+    return bool(chosen.get("ay")) and (not by_number or all(map(chosen.get, stated_columns(mapping))))
 
 
 def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
-    """Columns whose names begin with a group, by position and without it."""
+    """Return the columns whose names begin with a group, by position and without this prefix."""
     prefix = re.compile(rf"{re.escape(_plain(group))}[\s/_.:-]+")
     return {
         column.position: column._replace(base=prefix.sub("", column.base, count=1))
@@ -305,7 +301,7 @@ _TIME_WORDS = re.compile(
 
 
 def in_cell(cell: str) -> tuple[str, str]:
-    """The text of a number and its unit, where a cell holds both; else the whole cell, and an empty text."""
+    """Split a cell into the text of a number and its unit; without a unit return the cell and an empty text."""
     if cell[-1:].isdecimal() and "s" not in cell:
         return cell, ""
     match = _IN_CELL.fullmatch(cell.replace("\N{SUPERSCRIPT TWO}", "2").replace("^", ""))
@@ -313,16 +309,16 @@ def in_cell(cell: str) -> tuple[str, str]:
 
 
 def time_like(columns: Sequence[Column]) -> list[Column]:
-    """Columns that may be the time by their names or units."""
+    """List the columns that may be the time by their names or units."""
     # words are apart: TempSensor has temp and sensor, no temps
     apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
-    named = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
-    named += [column for column in columns if column.base in TIMES and column not in named]
-    return named + [column for column in columns if column.unit in TIMES and column not in named]
+    likely = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
+    likely += [column for column in columns if column.base in TIMES and column not in likely]
+    return likely + [column for column in columns if column.unit in TIMES and column not in likely]
 
 
 def parts_of_time(columns: Sequence[Column]) -> list[tuple[Column, str, str]]:
-    """Columns of a unit of time, such as ``secs`` and ``nsecs``: column, what stands before the unit, and the unit."""
+    """List the columns of a unit of time, such as ``secs`` and ``nsecs``: column, name before the unit, and unit."""
     parts = []
     for column in columns:
         match = _TIME_PART.fullmatch(column.base)

@@ -1,7 +1,7 @@
-"""The time stamps of a record: its rate, and whether its rows are even in time.
+"""Time stamps of a record: its rate, and whether its rows are even in time.
 
-Stamps are rounded, to decimals or to single precision, so the steps between them vary although the samples are even.
-Rounding is told from lost rows by the straight line through all stamps: rounded ones stay within one unit of it.
+Stamps are rounded, to decimals or to single precision, so their steps vary although the samples are even. A straight
+line through all stamps tells rounding from lost rows: rounded ones stay within one unit of it.
 """
 
 import re
@@ -20,12 +20,13 @@ from trackdyn.inputs.errors import InputError, shown
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
 _EVEN = 0.1  # intervals by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
-_GAP = 2.5  # intervals; what lies between is no longer interpolated
+_GAP = 2.5  # intervals; a longer step is not interpolated
 _BITS = (16, 24, 32)  # of counters that begin again at 0
-_SINCE_1970_MS = 1e11  # stamps beyond are ms of a calendar, no rows
+_SINCE_1970_MS = 1e11  # larger stamps are ms of a calendar, not row numbers
+NO_STAMPS = "`time: none, rate: HZ`"
 _REMEDY = (
     "cut the record with `from: S` and `to: S`, mend few with `gaps: bridge` or keep the longest part with "
-    "`gaps: longest`, or read it without stamps, `time: none, rate: HZ`, if only these are at fault"
+    f"`gaps: longest`, or read it without stamps, {NO_STAMPS}, if only these are wrong"
 )
 
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?(Z|[+-]\d\d(:?\d\d)?)?", re.ASCII)  # ISO 8601
@@ -44,7 +45,7 @@ DATE = re.compile(
 )
 # days, and hours, minutes and seconds, or the last two
 _DURATION = re.compile(r"^(?:(\d{1,6})(?: days?,? |\.))?(?:(\d{1,3}):)?(\d{1,3}):(\d\d(?:\.\d{1,9})?)$", re.ASCII)
-# forms of dates and times, and how they are read
+# patterns in dates and times, and their replacements
 _FORMS: dict[str, str | Callable[[re.Match[str]], str]] = {
     r"(?<=\d),(?=\d)|(?<=:\d\d):(?=\d{3})": ".",
     rf"^{_WEEKDAY}": "",
@@ -58,30 +59,30 @@ _FORMS: dict[str, str | Callable[[re.Match[str]], str]] = {
 
 
 class Stamps(NamedTuple):
-    """Time of the rows from the first one on, s, the unit of the file's stamps and what they are rounded to, s."""
+    """Time of the rows from the first one on, s, the unit of the file's stamps and their rounding, s."""
 
     t: np.ndarray
     unit: str
     rounding: float
-    guessed: str = ""  # unit that the file does not state but gives a likely rate
+    guessed: str = ""  # unit, where the file states none and this one gives a likely rate
 
     def within(self, window: slice) -> "Stamps":
-        """Stamps of some rows, from the first of them on."""
+        """Return the stamps of some rows, from the first of them on."""
         return self._replace(t=self.t[window] - self.t[window.start])
 
 
 class Rate(NamedTuple):
-    """Samples a second, Hz, and words on what states them."""
+    """Samples per second, Hz, and the source of this number in words."""
 
     hz: float
     source: str
 
 
 def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarray:
-    """(N,) seconds since the first row of dates and times, of times of the day or durations; NaN where there is none.
+    """Return (N,) seconds since the first row of dates, times of day or durations; NaN for any other text.
 
-    A clock goes on over midnight, noon of one of 12 hours, and the hour of one of minutes. ``day_first`` tells whether
-    1/2 is in February; without it both readings must give the same, else `InputError`.
+    A clock continues over midnight, one of 12 hours over noon, one of minutes over the hour. ``day_first`` tells
+    whether 1/2 is in February; if it is None both readings must give the same times, else `InputError`.
     """
     valid = [bool(DATE.fullmatch(text)) for text in texts]
     for written, form in _FORMS.items():
@@ -99,17 +100,16 @@ def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarra
         return seconds - seconds[rows[0]]
     clock = bool(re.fullmatch(_CLOCK, first, re.ASCII))
     texts = [f"2000-01-01 {text}" for text in texts] if clock else texts
-    both = day_first is None and not _ISO.fullmatch(first)
     readings = []
-    for reading in (True, False) if both else (bool(day_first),):
-        instants = _instants(texts, valid, reading)
+    for order in (True, False) if day_first is None and not _ISO.fullmatch(first) else (bool(day_first),):
+        instants = _instants(texts, valid, order)
         readings.append((instants - instants[instants.notna().argmax()]).to_numpy() / np.timedelta64(1, "s"))
     least = min(np.count_nonzero(np.isnan(seconds)) for seconds in readings)
     readings = [seconds for seconds in readings if np.count_nonzero(np.isnan(seconds)) == least]
     if not all(np.array_equal(readings[0], seconds, equal_nan=True) for seconds in readings):
         raise InputError(
             f"the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or the month; "
-            "say so with `dates: day-first` or `dates: month-first`."
+            "choose `dates: day-first` or `dates: month-first`."
         )
     seconds, rows = readings[0], np.flatnonzero(np.isfinite(readings[0]))
     seconds[rows] += 86_400.0 * np.cumsum(clock & (np.diff(seconds[rows], prepend=0.0) < -43_200.0))
@@ -117,14 +117,14 @@ def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarra
 
 
 def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.DatetimeIndex:
-    """Instants of texts, all as the first valid one is written; NaT where one is not."""
+    """Parse texts by the form of the first valid one; NaT for any other form."""
     texts = [text if right else "" for text, right in zip(texts, valid, strict=True)]
     first = next(filter(None, texts), "")
     if _ISO.fullmatch(first):
         return pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
     # pandas guesses no form where the hour of the day is not the hour as written
     first = re.sub(r"\d{1,2}(:\d\d:\d\d\.\d+) [AP]M$", r"10\1 AM", first)
-    # pandas, told that the day is first, also takes it for first in 2024/05/01, and elsewhere swaps what does not fit
+    # with dayfirst pandas also reads 2024/05/01 day first, and elsewhere swaps day and month where they do not fit
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         form = guess_datetime_format(first, dayfirst=day_first and not re.match(r"\d{4}", first))
@@ -132,22 +132,22 @@ def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.Dateti
 
 
 def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
-    """Stamps of the ``values``, (N,), of a column, in s since the first, in its unit or the one that fits.
+    """Convert the ``values``, (N,), of a column to s since the first, from its unit or the one that fits.
 
     That one gives a rate in ``TOLD_APART``. Raises `InputError`: no unit fits, or not that of the column, or the values
-    may as well count the rows, unless the rate is ``stated``.
+    may be row numbers, unless the rate is ``stated``.
     """
     unit = TIMES.get(time.unit, TIMES.get(time.base))
     if time.unit and not unit:
         raise InputError(
             f"column {shown(time.name)} has the unit {shown(time.unit)}; {', '.join(TIME_UNITS)} are read, choose "
-            "another column, `time: NAME`, or give `time: none, rate: HZ`."
+            f"another column, `time: NAME`, or give {NO_STAMPS}."
         )
-    values, words = _gone_on(values)
+    values, words = _unwrapped(values)
     if not (unit or stated) and values[0] < _SINCE_1970_MS and _may_count(values):
         raise InputError(
-            f"column {shown(time.name)} goes up by 1 from row to row and does not say its unit: it may count the rows; "
-            "give their rate, `time: none, rate: HZ`, or, if these are ms, `rate: 1000`."
+            f"column {shown(time.name)} rises by 1 from row to row and states no unit, so it may be the row number; "
+            f"give the rate, {NO_STAMPS}, or, if these are ms, `rate: 1000`."
         )
     step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
@@ -157,21 +157,20 @@ def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
     if not fits:
         raise InputError(
             f"field {time.name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f} "
-            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
+            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give {NO_STAMPS}."
         )
     size = TIME_UNITS[fits[0]]
-    guessed = "" if unit else fits[0]
-    return Stamps((values - values[0]) * size, fits[0] + words, rounding(values) * size, guessed)
+    return Stamps((values - values[0]) * size, fits[0] + words, rounding(values) * size, "" if unit else fits[0])
 
 
 def is_index(values: np.ndarray) -> bool:
-    """Whether numbers rise by one whole number from row to row, as those of rows do, all or every fifth."""
+    """Return whether numbers rise by one whole number from row to row, as those of every row or every fifth do."""
     step = np.diff(values)
     return step.size > 0 and bool(step[0] >= 1 and step[0] % 1 == 0 and (step == step[0]).all())
 
 
 def _may_count(values: np.ndarray) -> bool:
-    """Whether numbers go up by 1, but for rows that are lost: ms of a rate that is not 1000 Hz skip some evenly."""
+    """Return whether numbers rise by 1, except for lost rows; ms of a rate other than 1000 Hz skip some evenly."""
     step = np.diff(values)
     if step.size < 2 or np.median(step) != 1 or (step < 1).any() or (step % 1).any():
         return False
@@ -179,8 +178,8 @@ def _may_count(values: np.ndarray) -> bool:
     return bool(np.count_nonzero(step > 1) < 3 or np.ptp(line) > 1.2)
 
 
-def _gone_on(values: np.ndarray) -> tuple[np.ndarray, str]:
-    """Stamps of a counter that begins again at 0, going on there as a clock over midnight; and words, if they do."""
+def _unwrapped(values: np.ndarray) -> tuple[np.ndarray, str]:
+    """Return stamps, continued where their counter begins again at 0, and a note if they are."""
     step = np.diff(values)
     over, near = step < 0, 3 * np.median(np.abs(step))
     if not over.any() or values.min() < 0:
@@ -193,14 +192,14 @@ def _gone_on(values: np.ndarray) -> tuple[np.ndarray, str]:
 
 
 def rounding(values: np.ndarray) -> float:
-    """The unit to which stamps are rounded: a power of ten, or the spacing of single precision."""
+    """Return the unit to which stamps are rounded: a power of ten, or the spacing of single precision."""
     noise = 4 * np.spacing(np.abs(values).max())
     decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
     unit = noise if decimals is None else 10.0**-decimals
     seen = values[:: max(values.size // 2000, 1)]
     with np.errstate(over="ignore"):
         some = seen.astype(np.float32)
-    # written in full, as short as single precision allows, or with so many decimals
+    # written in full, as short as single precision allows, or to these decimals
     copies = (
         some.astype(float),
         some.astype(str).astype(float),
@@ -212,7 +211,7 @@ def rounding(values: np.ndarray) -> float:
 
 
 def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bool) -> np.ndarray:
-    """(N - 1,) numbers of rows missing between ``count`` rows, by their stamps; none without stamps.
+    """Return (N - 1,) counts of rows missing between ``count`` rows, by their stamps; zero without stamps.
 
     ``rate`` and ``resample`` are as in `judge_stamps`.
     """
@@ -227,11 +226,11 @@ def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bo
 def judge_stamps(
     stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
 ) -> tuple[Rate, bool, str]:
-    """Rate of a record, whether its rows are even, and words about the steps.
+    """Return the rate of a record, whether its rows are even in time, and a description of the steps.
 
-    ``rate`` is what the user states, and ``where`` says in words which line holds a row.
+    ``rate`` is the user's, and ``where`` names the line of a row.
 
-    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate stated.
+    Raises `InputError`: rows are missing, times jitter or drift and must not be resampled, or differ from ``rate``.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)
@@ -239,13 +238,13 @@ def judge_stamps(
         k = int(np.argmax(step < 0.0))
         back = f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above"
         if step.max() <= 0.0:
-            raise InputError(f"{back}, as in every row: the newest stands first; sort the rows by time.")
+            raise InputError(f"{back}, as in every row: the newest row is first; sort the rows by time.")
         raise InputError(
-            f"{back}; if the rows stand in order and only stamps are at fault, such as 0.8 for 0.008, read them "
-            "without, `time: none, rate: HZ`; else sort the rows, or cut the record with `from: S` and `to: S`."
+            f"{back}; if the rows are in order and only stamps are wrong, such as 0.8 for 0.008, read them without, "
+            f"{NO_STAMPS}; else sort the rows, or cut the record with `from: S` and `to: S`."
         )
     if t[-1] == 0.0:
-        raise InputError(f"the stamps of all {n} rows are equal; read them without, `time: none, rate: HZ`.")
+        raise InputError(f"the stamps of all {n} rows are equal; read them without, {NO_STAMPS}.")
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
@@ -254,12 +253,12 @@ def judge_stamps(
             f"{where(k + 1)}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
-    fitted = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
-    fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
+    fitted = float(1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1])
+    fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else fitted
     if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
             f"the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give "
-            f"`rate: {fitted:.6g}` if the stamps are right, else `time: none, rate: HZ`."
+            f"`rate: {fitted:.6g}` if the stamps are right, else {NO_STAMPS}."
         )
     hz = rate.hz if rate else fitted
     odd = np.abs(step * hz - 1.0)
@@ -269,8 +268,8 @@ def judge_stamps(
         line = "equal steps"
     if q * hz > 1.5:
         raise InputError(
-            f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without "
-            "them, `time: none, rate: HZ`, if all rows are of one sensor."
+            f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without them, {NO_STAMPS}, if "
+            "all rows are of one sensor."
         )
     if q * hz >= 0.4:
         # a step cannot tell a lost row from rounding; a few odd ones cannot either, many at even distances can
@@ -286,7 +285,7 @@ def judge_stamps(
         return rate or Rate(hz, f"from the stamps{words}"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
-        f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, "
-        f"{1.0 / hz:.6g} s is the mean ({line}), rows are missing or unevenly timed; "
-        f"`resample: true` interpolates onto an even grid if no two are equal, else {_REMEDY}."
+        f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, {1.0 / hz:.6g} s is the mean ({line}), rows are "
+        f"missing or unevenly timed; `resample: true` interpolates onto an even grid if no two are equal, else "
+        f"{_REMEDY}."
     )

@@ -1,4 +1,4 @@
-"""The whole text of a logger's file: unpacked, decoded, with line ends, comments, stamps and exponents in one form."""
+"""Text of a logger's file: unpacked, decoded, with line ends, comments, stamps and exponents in one form."""
 
 import gzip
 import re
@@ -11,7 +11,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import plain_file
 
 MAX_TEXT_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
-# encodings of two or four bytes by their mark, or as zeros stand around the first letter
+# encodings of two or four bytes, by their byte order mark or by the zero bytes around the first letter
 _WIDE = {
     "utf-32": rb"\xff\xfe\0\0|\0\0\xfe\xff", "utf-16": rb"\xff\xfe|\xfe\xff",
     "utf-16-le": rb"[!-~]\0[ -~]\0", "utf-16-be": rb"\0[!-~]\0[ -~]",
@@ -19,11 +19,11 @@ _WIDE = {
 _PAGE = "docs/your-loggers-file.md has the lines that turn it into a table"
 _REMEDIES = {
     "JSON": "pandas.read_json makes a table of it", "a web page": "save the table itself as CSV",
-    "the pointer of Git LFS to a file": "`git lfs pull` brings the file", "a recording": "give the sensor's file",
-    "messages in YAML": "`rostopic echo -p` writes a table",
-    "an old spreadsheet": "save the sheet as CSV", "an archive or a spreadsheet": "unpack it, or save the sheet as CSV",
+    "a Git LFS pointer": "`git lfs pull` downloads the file", "a recording": "give the sensor's file",
+    "messages in YAML": "`rostopic echo -p` writes a table", "an old spreadsheet": "save the sheet as CSV",
+    "an archive or a spreadsheet": "unpack it, or save the sheet as CSV",
 }  # fmt: skip
-# how files begin that are not read
+# first bytes of formats that are refused
 _OTHERS = {
     "MDF": rb"MDF     |UnFinMF ", "TDMS": rb"TDSm", "LVM": rb"(\xef\xbb\xbf)?LabVIEW Measurement",
     "UFF": rb"\s*    -1\s*\r?\n\s*\d{1,4}b?\s", "HDF5": rb"\x89HDF\r\n\x1a\n", "MATLAB": rb"MATLAB [57]\.",
@@ -32,9 +32,10 @@ _OTHERS = {
     "a recording": rb"PK.{28}meta\.npy", "JSON": rb"\s*(\{|\[\s*[\[{])",
     "an archive or a spreadsheet": rb"PK\x03\x04|BZh|\xfd7zXZ|7z\xbc\xaf|Rar!|\x28\xb5\x2f\xfd|\x1f\x8b",
     "messages in YAML": rb"header:\s*\n +\w+:",
-    "a web page": rb"(?i)\s*<(!doctype|html)", "the pointer of Git LFS to a file": rb"version https://git-lfs",
+    "a web page": rb"(?i)\s*<(!doctype|html)", "a Git LFS pointer": rb"version https://git-lfs",
 }  # fmt: skip
 _CONTROL = bytes(byte for byte in range(32) if byte not in b"\t\n\v\f\r\x1a")
+# a serial monitor's stamp in front of a line
 _STAMPED = re.compile(
     rf"^[ \t]*(?:\[(?P<boxed>{DATE.pattern})\]|(?P<stamp>{DATE.pattern}) ->)[ \t]*(?P<rest>.*)$",
     re.ASCII | re.MULTILINE,
@@ -45,10 +46,10 @@ _SIGNS = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": 
 
 
 def read_logger_text(path: Path) -> str:
-    """A whole text file of at most ``MAX_TEXT_BYTES``, in one form (`_in_one_form`).
+    """Read a text file of at most ``MAX_TEXT_BYTES`` and normalise it (`_normalised`).
 
     UTF-8, UTF-16, UTF-32, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be. A
-    file packed by gzip is unpacked. Raises `InputError`: the file cannot be read, is larger, or holds no text.
+    file packed by gzip is unpacked. Raises `InputError`: the file cannot be read, is larger, or is not text.
     """
     plain_file(path, "CSV file")
     try:
@@ -61,35 +62,27 @@ def read_logger_text(path: Path) -> str:
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions.") from None
     kind = next((kind for kind, begin in _OTHERS.items() if re.match(begin, data, re.DOTALL)), "")
-    if not _wide(data) and len(data) - len(data.translate(None, _CONTROL)) > 0.02 * len(data):
-        kind = kind or "binary data"
+    wide = next((name for name, begin in _WIDE.items() if re.match(begin, data)), "")
+    if not (kind or wide) and len(data) - len(data.translate(None, _CONTROL)) > 0.02 * len(data):
+        kind = "binary data"
     if kind:
         raise InputError(f"{path}: this is {kind}, not a table in text; {_REMEDIES.get(kind, _PAGE)}.")
     if len(data) > MAX_TEXT_BYTES:
-        raise InputError(f"{path}: the file holds more than {MAX_TEXT_BYTES / 1e6:.0f} MB; give a part of it.")
-    return _in_one_form(_decoded(data))
+        raise InputError(f"{path}: the file has more than {MAX_TEXT_BYTES / 1e6:.0f} MB; give a part of it.")
+    with suppress(UnicodeDecodeError):
+        return _normalised(data.decode(wide or "utf-8-sig"))
+    text = data.decode("latin-1")
+    if re.search("[\x80-\x9f]", text[:10_000]):  # no letters of Latin-1, but halves of Japanese ones
+        with suppress(UnicodeDecodeError):
+            text = data.decode("cp932")
+    return _normalised(text)
 
 
-def _wide(data: bytes) -> str | None:
-    return next((name for name, begin in _WIDE.items() if re.match(begin, data)), None)
+def _normalised(text: str) -> str:
+    """Normalise line ends, blanks and signs, comments to ``#`` and exponents to ``e``.
 
-
-def _decoded(data: bytes) -> str:
-    try:
-        return data.decode(_wide(data) or "utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-        if re.search("[\x80-\x9f]", text[:10_000]):  # no letters of Latin-1, but halves of Japanese ones
-            with suppress(UnicodeDecodeError):
-                text = data.decode("cp932")
-        return text
-
-
-def _in_one_form(text: str) -> str:
-    """A text with plain line ends, blanks and signs, comments behind ``#`` and exponents behind ``e``.
-
-    Quotes around whole lines, and a spreadsheet's ``="0.5"``, are taken away. The time that a serial monitor sets
-    before every line becomes the last field of the line.
+    Quotes around whole lines and a spreadsheet's ``="0.5"`` are removed. The stamp that a serial monitor puts in front
+    of each line becomes its last field.
     """
     text = re.sub("\r*\n|\r", "\n", text).translate(_SIGNS)
     head = text.split("\n", 200)[:200]
@@ -106,15 +99,13 @@ def _in_one_form(text: str) -> str:
     stamped = [line["rest"] for line in map(_STAMPED.match, head) if line]
     if len(stamped) > len(head) / 2:
         sign = next((sign for sign in "\t;, " if sign in stamped[-1]), ",")
-        text = _STAMPED.sub(
-            lambda line: (
-                line["boxed"] + line["rest"]
-                if line["rest"].startswith((",", ";"))
-                else f"{line['rest']}{sign}{line['boxed'] or line['stamp']}"
-            ),
-            text,
-        )
-    # rows of files that have their comments behind another sign do not hold it
+
+        def stamp_last(line: re.Match[str]) -> str:
+            rest, stamp = line["rest"], line["boxed"] or line["stamp"]
+            return stamp + rest if rest.startswith((",", ";")) else f"{rest}{sign}{stamp}"
+
+        text = _STAMPED.sub(stamp_last, text)
+    # where another sign begins comments, no row contains it
     mark = next((mark for mark in (";", "%", "//") if text.startswith(mark)), None)
     if mark is None or any(mark in line for line in head if not line.lstrip().startswith(mark)):
         return text
