@@ -5,7 +5,7 @@ from trackdyn_replication.paper.finding import TABLE as GRIP
 from trackdyn_replication.paper.tracks import FOLDER, RINGS
 from trackdyn_replication.report.filled import main
 
-PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
+PLAUSIBLE = ("sentences", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv")
 TABLES = (
     GRIP, RINGS, *(f"{FOLDER}/plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG,

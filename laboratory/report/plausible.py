@@ -20,16 +20,14 @@ from trackdyn.measure.cells import significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE
-from trackdyn_replication.paper.claims import MET
 from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
 from trackdyn_replication.paper.published import RADIUS_CHOSEN
-from trackdyn_replication.paper.scorecard import MARKS, missed_numbers, number_count, other_numbers, verdict_line
+from trackdyn_replication.paper.scorecard import MARKS, number_count, other_numbers, verdict_line
 from trackdyn_replication.paper.tracks import (
     RUBBER,
     SHARES_READ,
     TRACKS,
     chosen_rings,
-    creep_counts,
     creep_slope,
     follows_sentence,
     mobilised,
@@ -126,15 +124,15 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
-    """Word the results of the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    study, rings, sentences, binned, draws, of_ring, values, near, default, parameters, numbers, *gripping = tables
+    """Word the finding, the results of the tracks, and the default rig: its ring, its bushings, its numbers."""
+    study, rings, sentences, draws, of_ring, values, near, default, parameters, numbers, *gripping = tables
     grips, grips_sentences = gripping
     table, unjudged = _table(sentences, default)
     texts = blocks(
         Path(__file__).with_name("answer.md.j2"),
         finding=" ".join(finding_sentences(ran(study))),
         checks=" ".join(check_sentences(ran(study))),
-        **_outcomes(draws) | _chosen(rings) | _creep(binned, values, default, parameters, of_ring),
+        **_outcomes(draws) | _chosen(rings) | _creep(parameters, of_ring),
         follows=follows_sentence(sentences, draws),
         table=table,
         unjudged=", ".join(unjudged),
@@ -144,7 +142,6 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         numbers=number_count(numbers),
         others=other_numbers(numbers),
         shares_read=SHARES_READ,
-        missed=missed_numbers(numbers),
         grips=verdict_line(grips_sentences, grips),
     )
     return [f"{text}\n" for text in texts]
@@ -156,7 +153,7 @@ def _outcomes(draws: pd.DataFrame) -> dict:
     causes = draws.loc[~judged & ~jammed, "reason"].fillna("").str.removeprefix("scene: ").str.removeprefix("rig: ")
     reasons = causes.str.split("( =|:)", regex=True).str[0].value_counts()
     return {
-        "draws": len(draws), "judged": judged.sum(), "jammed": jammed.sum(), "engaged": (draws["engaged"] == 1).sum(),
+        "draws": len(draws), "judged": judged.sum(), "jammed": jammed.sum(),
         "refused_pct": 100 * reasons.sum() / len(draws), "chosen": RADIUS_CHOSEN,
         "reasons": ", ".join(f"{reason} ({count})" for reason, count in reasons.items()),
     }  # fmt: skip
@@ -194,21 +191,11 @@ def _separating(values: pd.DataFrame) -> list[str]:
     return parts
 
 
-def _creep(
-    binned: pd.DataFrame,
-    values: pd.DataFrame,
-    default: pd.DataFrame,
-    parameters: pd.DataFrame,
-    of_ring: pd.DataFrame,
-) -> dict:
-    """Return the creep slope of the default rig, its mobilised friction, and the sentences that go with a low one."""
+def _creep(parameters: pd.DataFrame, of_ring: pd.DataFrame) -> dict:
+    """Return the creep slope of the default rig's ring, and its mobilised friction."""
     slope = creep_slope(parameters)
-    met = set(default.loc[default["verdict"] == MET, "number"].astype(str))
-    low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
-    gained = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in low if name in met)
-    about: dict = {"slope": significant(slope, 2), "inside": RUBBER[0] <= slope <= RUBBER[1], "rubber": RUBBER}
-    about |= {"mobilised": mobilised(of_ring, slope), "of_rubber": mobilised(of_ring, RUBBER[0])}
-    return about | {"gained": "; ".join(gained)}
+    inside = RUBBER[0] <= slope <= RUBBER[1]
+    return {"slope": significant(slope, 2), "inside": inside, "rubber": RUBBER, "mobilised": mobilised(of_ring, slope)}
 
 
 def _wrap(parameters: pd.DataFrame) -> float:

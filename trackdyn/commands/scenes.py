@@ -45,7 +45,7 @@ def simulate(
     """Run one scene and write its recording.
 
     A file of that name is replaced when the run is done. With --tolerance, trial runs find the cheapest method and step
-    that keep it, unless these are options, and the plan is console. The run then ends when the error of every --measure
+    that keep it, unless these are options, and the plan is printed. The run then ends when the error of every --measure
     is at most that share of its value, or of a sprocket turn for contact durations, regardless of --duration.
 
     Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.

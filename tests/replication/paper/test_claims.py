@@ -360,7 +360,7 @@ def test_conclusions_are_tabulated_by_sentence_with_another_rig_and_the_tracks()
     assert rows.iloc[:, 0].str[0].tolist() == ["1", "1", "2", "3", "4"]
     third = rows[rows.iloc[:, 0].str.startswith("3. from 0.305 m on the right arc does not touch")]
     assert third.iloc[0, 1:].tolist() == ["●", "○", "0", "33"]
-    assert (rows.drop(third.index)["rig whose ring grips"] == "●").all()
+    assert (rows.drop(third.index)["rig with rubber's friction"] == "●").all()
 
 
 def test_missed_numbers_are_named_with_both_values():

@@ -127,7 +127,7 @@ def conclusion_table(judged: pd.DataFrame, grips: pd.DataFrame, tracks: pd.DataF
             words = f"{number}. {row.sentence.partition(': ')[2]}"
             marks = MARKS[row.verdict], MARKS[gripping.get(row.number, NOT_COMPARABLE)]
             rows[row.number] = [words, *marks, *percents(shares, str(row.number))]
-    heads = ["conclusion on the ring", f"rig {judged['rig'].iloc[0]}", "rig whose ring grips"]
+    heads = ["conclusion on the ring", f"rig {judged['rig'].iloc[0]}", "rig with rubber's friction"]
     heads += ["% of tracks that mesh as printed", "% of all tracks"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
 

@@ -1,0 +1,158 @@
+"""Numbers that the documents repeat are those of the program, the configuration and each other.
+
+Numbers of results are filled from their tables (`trackdyn_replication.report.filled`); these are the typed ones.
+"""
+
+import re
+
+import pytest
+import yaml
+
+from laboratory.plausible.settings import load_plausible
+from tests.conftest import ROOT
+from trackdyn import load_rig
+from trackdyn.fieldtest.compare import SPEED_TOLERANCE
+from trackdyn.fieldtest.samples import BRIDGED, BRIDGED_SHARE, HIGHEST_RATE_HZ
+from trackdyn.fieldtest.sensor_mapping import RATES
+from trackdyn.measure.contacts import TOUCHING
+from trackdyn.measure.ring_rule import DECIDED, MARGIN_PCT, NARROW, ROUNDS, SPAN, RingRule
+from trackdyn.measure.spectra import HIGH_HZ
+from trackdyn.rig.rig import parameter_table, shipped_rigs
+from trackdyn.scene.rings import TIGHTER, study_radii
+from trackdyn_replication.certify import NOTHING, RELATIVE
+from trackdyn_replication.paper.published import RADIUS_CHOSEN
+from trackdyn_replication.paper.tracks import RUBBER
+
+DOCUMENTS = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+TEXTS = {path.name: " ".join(path.read_text(encoding="utf-8").split()) for path in DOCUMENTS}
+WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 11: "eleven", 13: "thirteen"}
+RIG, TRACKS = load_rig("paper"), load_plausible(ROOT / "config" / "plausible.yaml")
+CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+SLURM = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8"))
+SHEAR = parameter_table("paper").set_index("name").loc["ring_contact.shear_stiffness"]
+
+
+def of_page(page, *sentences):
+    """Pairs of a page and a part of a sentence that it must have."""
+    return [(page, " ".join(sentence.split())) for sentence in sentences]
+
+
+SAID = [
+    *of_page(
+        "choose-a-ring.md",
+        f"at every speed and load at most {'half' if RingRule().tooth_force == 0.5 else RingRule().tooth_force} of",
+        f"rings up to 1/{1 / SPAN:.0f} above the chosen one (a millimetre)",
+        f"kept by less than {WORDS[DECIDED]} of its errors",
+        f"free (below {TOUCHING:g} % of a turn)",
+        f"100 % over the teeth, and {WORDS[MARGIN_PCT]} points",
+        f"The default is {WORDS[len(study_radii(RIG))]} radii",
+        f"to about {WORDS[TIGHTER]} times its pre-tension",
+        f"to {1e3 * NARROW:g} mm and in at most {WORDS[ROUNDS]} steps",
+        f"runs a radius within the 1/{1 / SPAN:.0f} above",
+        f"soft, {SHEAR['low'] / 1e3:g} kN/m a link, and hard, {SHEAR['high'] / 1e3:g} kN/m",
+        f"The paper chooses {RADIUS_CHOSEN:g} m",
+    ),
+    *of_page(
+        "compare-your-sensor.md",
+        f"more than {SPEED_TOLERANCE * 100:g} % faster or slower",
+        f"`gravity` of the rig, {RIG.gravity:g} m/s2",
+        f"--rate 1000` ({RATES[0]:.0f} to {RATES[1]:,.0f} Hz)",
+        f"interpolates at most {BRIDGED} in a row and {100 * BRIDGED_SHARE:g} % of the rows",
+        f"more than {HIGHEST_RATE_HZ:,.0f} Hz is filtered",
+        f"the content from {HIGH_HZ:g} Hz on",
+    ),
+    *of_page(
+        "answer.md",
+        f"draw {TRACKS.default_draw} of the sample",
+        f"within {TRACKS.engaged.time_s:g} s of 1.29 and 1.31 s",
+        f"within {TRACKS.engaged.share_pct:g} points of 49.2 % of a turn",
+    ),
+    *of_page(
+        "glossary.md",
+        f"RMS of the acceleration from {HIGH_HZ:g} Hz on",
+        f"{RUBBER[0]:g} to {RUBBER[1]:g} is assumed for rubber",
+    ),
+    *of_page(
+        "model.md",
+        f"a loop of $n = {2 * RIG.chain.pitches}$ rigid bodies",
+        f"the gear ratio of {RIG.sprocket.transmission_ratio:g}",
+        f"The sprocket has {RIG.sprocket.teeth} grooves",
+        f"{RIG.sprocket.teeth} pitches fill a turn of the sprocket. The paper prints {RADIUS_CHOSEN:g} m",
+        f"The product of {2 * RIG.chain.pitches - 1} such matrices",
+    ),
+    *of_page(
+        "your-own-rig.md",
+        f"the loop of {load_rig('bench').chain.pitches} pitches",
+        f"the default: {RIG.chain.pitches} pitches",
+        f"{load_rig('m113').chain.pitches} double-pin shoes",
+        f"a pitch of {1e3 * load_rig('robot').pitch:.0f} mm",
+        f'worn by 1 %: `chain: {{source: "worn by 1 %", pitch: {1.01 * load_rig("bench").pitch:.4f} m}}`',
+    ),
+    *of_page(
+        "running.md",
+        f"a share of {RELATIVE:.0e}, or {NOTHING:.0e} of the largest".replace("e-0", "e-"),
+    ),
+    *of_page(
+        "cluster.md",
+        f"requests {int(SLURM['default-resources']['mem_mb'].split()[0]) / 1000:g} GB and "
+        f"{WORDS[int(SLURM['default-resources']['runtime'].split()[0]) / 60]} hours per job",
+    ),
+    *of_page(
+        "deviations.md",
+        f"{', '.join(map(str, CONFIG['fidelity']['speeds_rpm'])).replace(', ', ' and ')} rpm, without a ring and with "
+        f"that of {CONFIG['ring_study']['radii_m'][5]:g} m",
+        f"Sprocket at 115/{RIG.sprocket.transmission_ratio:g} = {115 / RIG.sprocket.transmission_ratio:.3f} rev/min",
+        f"at {CONFIG['records']['rounded_sprocket_rpm'][115]} rev/min",
+    ),
+]
+
+
+@pytest.mark.parametrize(("page", "words"), SAID)
+def test_a_typed_number_is_that_of_its_source(page, words):
+    assert words in TEXTS[page]
+
+
+def test_the_radius_of_the_paper_is_that_of_the_default_rig_and_the_configuration():
+    radii = {
+        RADIUS_CHOSEN,
+        RIG.sprocket.ring_radius,
+        *(CONFIG[part]["ring_radius_m"] for part in ("records", "meshing")),
+    }
+    assert radii == {0.308}
+    assert sum(text.count("0.308 m") for text in TEXTS.values()) > 5
+
+
+TIME = r"((?:\w+ )?(?:minutes?|hours?|s)\b(?: and a half)?|a quarter of an hour|half a minute)"
+# these take the same time wherever they are named; others depend on their options
+COMMANDS = ("make replicate", "make quick", "make test", "make docs", "trackdyn new", "trackdyn rigs", "trackdyn show")
+
+
+def times(command):
+    """Times that the documents state for a command: behind it in a comment, or in brackets."""
+    pattern = rf"{command}\b[^\n#]*(?:#|\()[^\n;]*[;,] {TIME}"
+    return [m[1] for path in DOCUMENTS for m in re.finditer(pattern, path.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_takes_the_same_time_in_all_documents(command):
+    assert len(set(times(command))) <= 1
+    assert times("make replicate") and times("trackdyn show")
+
+
+def test_rigs_that_a_page_lists_are_those_of_the_program():
+    text = (ROOT / "docs" / "your-own-rig.md").read_text(encoding="utf-8")
+    section = text[text.index("## The included rigs") : text.index("## How a file is read")]
+    assert sorted(re.findall(r"^- `(\w+)`", section, re.M)) == sorted(shipped_rigs())
+
+
+def test_measures_and_words_of_the_pages_have_one_meaning():
+    """Each term is explained in the glossary or in Contributing, not in both."""
+    terms = {
+        page: [term.strip() for line in re.findall(r"^- \*\*(.+?)\*\*", text, re.M) for term in line.split(",")]
+        for page, text in (
+            (page, (ROOT / page).read_text(encoding="utf-8")) for page in ("docs/glossary.md", "CONTRIBUTING.md")
+        )
+    }
+    assert min(map(len, terms.values())) > 30
+    every = [term for listed in terms.values() for term in listed]
+    assert sorted({term for term in every if every.count(term) > 1}) == []
