@@ -11,10 +11,7 @@ ROOMS = (
 )
 PAGES = ("README.md", "CONTRIBUTING.md")
 # rare words of the libraries that ours is read next to: NumPy, diffrax and PyBaMM have 0.2 to 2 in 1,000 lines
-RARE = {
-    r"what": 3,
-    r"beside|stands|says|said|alone|all that|so many": 4,
-}
+RARE = {r"what": 3, r"beside|stands|says|said|alone|all that|so many": 4}
 
 
 TEXTS = {

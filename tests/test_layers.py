@@ -19,11 +19,7 @@ FOLDERS = {
     "trackdyn_replication": ROOT / "workflow/trackdyn_replication",
     "laboratory": ROOT / "laboratory",
 }
-BELOW = {
-    "trackdyn": set(),
-    "trackdyn_replication": {"trackdyn"},
-    "laboratory": {"trackdyn", "trackdyn_replication"},
-}
+BELOW = {"trackdyn": set(), "trackdyn_replication": {"trackdyn"}, "laboratory": {"trackdyn", "trackdyn_replication"}}
 ROOMS = {
     "trackdyn": (
         "inputs", "sources", "version", "by_reference", "jit", "model", "chain", "contact", "integrate", "rig",

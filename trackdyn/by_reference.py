@@ -154,7 +154,7 @@ def register(kind) -> None:
             members = [typeof_impl(field, context) for field in value]
             if any(isinstance(member, (types.Array, Block)) for member in members):
                 return Block(kind, members)
-            return typeof_impl.dispatch(tuple)(value, context)  # numbers alone, which kernels make themselves
+            return typeof_impl.dispatch(tuple)(value, context)  # only numbers, which kernels make themselves
 
         for field in option.__annotations__.values():
             register(field)

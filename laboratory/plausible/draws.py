@@ -95,11 +95,7 @@ def scenes(config: PlausibleConfig) -> list[list]:
 
 
 def run_rigs(
-    config: PlausibleConfig,
-    rigs: Sequence[Rig | None],
-    rig_scenes: list[list],
-    jobs: int,
-    store: Path | str,
+    config: PlausibleConfig, rigs: Sequence[Rig | None], rig_scenes: list[list], jobs: int, store: Path | str
 ) -> list[dict]:
     """Return the rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
 

@@ -16,8 +16,8 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step
 from trackdyn.simulation.energy_balance import open_share
+from trackdyn.simulation.initial_tension import arc_depths, explained_depth
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.rest_state import arc_depths, explained_depth
 from trackdyn.simulation.settling import SettledLoops, settle
 from trackdyn.simulation.simulate import simulate
 

@@ -79,10 +79,7 @@ def test_what_moves_is_the_run(recording, stretch):
     assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [{"ring_radius": None}, {"chain": "single_pin"}],
-)
+@pytest.mark.parametrize("fields", [{"ring_radius": None}, {"chain": "single_pin"}])
 def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
     """Both momenta change by the drawn forces at their drawn places; without friction nothing else acts."""
     scene = make_scene(210.0, friction="none", **fields)

@@ -12,8 +12,8 @@ from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import open_share
+from trackdyn.simulation.initial_tension import arc_depths, explained_depth
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.rest_state import arc_depths, explained_depth
 from trackdyn.simulation.step_check import PIECE
 from trackdyn_replication.peers.comparison import require_exudyn, run_peer
 from trackdyn_replication.study.settings import PEER_LAWS

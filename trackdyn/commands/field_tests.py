@@ -13,7 +13,7 @@ from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError
 
 Mapping = Annotated[
-    Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file that says how to read the sensor's file.")
+    Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file with the options of the sensor's file.")
 ]
 SensorOption = Annotated[
     str | None,
@@ -22,7 +22,7 @@ SensorOption = Annotated[
 
 
 def parse_axes(pairs: list[str] | None) -> dict[str, str]:
-    """Columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
+    """Parse columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
     for pair in pairs or []:
         if not all(pair.partition("=")):
             raise InputError(f"--axis {pair}: expected an axis and its column, such as ay=channel3")
@@ -30,7 +30,7 @@ def parse_axes(pairs: list[str] | None) -> dict[str, str]:
 
 
 def parse_zero(texts: list[str] | None) -> float | dict[str, float] | None:
-    """Value of the file that is 0 g: ``512``, or by axis, ``ay=512``. Raises `InputError`: it is no number."""
+    """Parse the value of the file at 0 g: ``512``, or by axis, ``ay=512``. Raises `InputError`: it is no number."""
     accepted = "must be a number, or one of an axis, such as 512 or ay=512"
     pairs = [text.rpartition("=") for text in texts or []]
     numbers = {axis: options.parse_number("--zero", value, accepted) for axis, _, value in pairs}
@@ -40,7 +40,7 @@ def parse_zero(texts: list[str] | None) -> float | dict[str, float] | None:
 
 
 def of_mapping() -> dict[str, Parameter]:
-    """Options for the fields of a sensor's mapping but ``sensors``, by the names of the fields."""
+    """Return options for the fields of a sensor's mapping except ``sensors``, by the names of the fields."""
     from trackdyn.fieldtest.sensor_mapping import SensorMapping
 
     mapped = {}
@@ -66,13 +66,13 @@ def of_mapping() -> dict[str, Parameter]:
 
 
 def mapping_fields(**arguments: Any) -> dict[str, Any]:
-    """Fields of a sensor's mapping that options state (`of_mapping`)."""
+    """Return the fields of a sensor's mapping that options state (`of_mapping`)."""
     fields = {name.removesuffix("_"): value for name, value in arguments.items()}
     return fields | {"axes": parse_axes(fields["axes"]), "zero": parse_zero(fields["zero"])}
 
 
 def with_mapping(command: Callable) -> Callable:
-    """Give a command the fields of a sensor's mapping as its last arguments, made when it is called or explained."""
+    """Add the fields of a sensor's mapping to the arguments of a command when it is called or its help is printed."""
     parameters = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
 
     def complete() -> Callable:
@@ -108,7 +108,7 @@ def compare(
 
     Compared are mean, RMS, SD and dominant peak.
 
-    Example: `trackdyn compare run.npz logger.csv --unit g` puts the column ay of a logger's file beside a run.
+    Example: `trackdyn compare run.npz logger.csv --unit g` compares the column ay of a logger's file with a run.
     """
     import pandas as pd
 
@@ -149,7 +149,7 @@ def compare(
 
 
 def _compare(recording, record, path: str):
-    """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
+    """Print how a sensor's record was read and its comparison with the simulated one; return the table."""
     import pandas as pd
 
     from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words

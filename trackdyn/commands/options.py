@@ -160,8 +160,7 @@ Pitches = Annotated[
     ),
 ]
 Jobs = Annotated[
-    int | None,
-    typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default."),
+    int | None, typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]

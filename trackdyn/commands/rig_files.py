@@ -30,10 +30,7 @@ def rigs() -> None:
 
 def new(
     out: Annotated[Path, options.file_argument("File to write", ".yaml", ".yml")],
-    like: Annotated[
-        str,
-        typer.Option(metavar="RIG", help="Included rig to start from (trackdyn rigs)."),
-    ] = "bench",
+    like: Annotated[str, typer.Option(metavar="RIG", help="Included rig to start from (trackdyn rigs).")] = "bench",
     overwrite: options.Overwrite = False,
 ) -> None:
     """Write a rig file to edit.

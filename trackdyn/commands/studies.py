@@ -66,8 +66,7 @@ def ring(
         ),
     ] = 0.5,
     wear: Annotated[
-        float,
-        options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm."),
+        float, options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm.")
     ] = 0.0,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,

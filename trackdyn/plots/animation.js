@@ -1,5 +1,5 @@
 // The loop in motion: configurations on a canvas, with forces and touched areas.
-const FRAME = { index: 0, shown: [] }; // what else follows the picture
+const FRAME = { index: 0, shown: [] }; // functions that follow the picture
 (function animation() {
   const canvas = $("scene");
   if (!canvas) return;
@@ -67,7 +67,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     return ratio;
   }
 
-  // The connector that stands before the sprocket at the beginning: it passes while the run lasts.
+  // The connector before the sprocket at the beginning: it passes during the run.
   function followed() {
     const now = state(0), before = [G.sprocket[0] - 0.5 * G.addendum, G.sprocket[1] + G.addendum];
     const away = (p) => Math.hypot(arc(now, p, 0)[0] - before[0], arc(now, p, 0)[1] - before[1]);

@@ -1,4 +1,4 @@
-"""Forces, contact durations and sliding work against the radius of the ring, and the page of a study."""
+"""Figures of forces, contact durations and sliding work over the radius of the ring, and the page of a study."""
 
 import base64
 import textwrap
@@ -29,11 +29,11 @@ THICK = {"color": GREEN, "linewidth": 4, "alpha": 0.4}
 def figures(
     study: pd.DataFrame, marks: Mapping[str, float], steady: tuple[float, float] | None = None
 ) -> dict[str, Figure]:
-    """Figures 23 a, 23 b and 24 of a study by their names.
+    """Draw figures 23 a, 23 b and 24 of a study; return them by name.
 
-    RMS and SD of the normal forces on an appointed connector and link, and time in contact in percent of a sprocket
-    turn. ``study`` has rows of ``metrics.csv`` for every radius (NaN: no ring) at every speed. ``marks`` are radii (m)
-    by what they are, ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
+    They show RMS and SD of the normal forces on an appointed connector and link, and contact durations (% of a sprocket
+    turn). ``study`` has rows of ``metrics.csv`` for every radius (NaN: no ring) at every speed. ``marks`` are radii (m)
+    by name, ``steady`` is a printed left-arc duration (%) and the radius (m) from which it holds.
     """
     drawn = {}
     for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):
@@ -52,13 +52,13 @@ def figures(
 
 @styled
 def sliding_figure(study: pd.DataFrame, marks: Mapping[str, float]) -> Figure:
-    """Sliding work on the teeth and on the ring in a turn of the sprocket; arguments as of `figures`."""
+    """Draw the sliding work on the teeth and on the ring in a turn of the sprocket; arguments as of `figures`."""
     return _panels(study, SURFACES, "sliding work (J per turn of the sprocket)", "Sliding work", marks)[0]
 
 
 @styled
 def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequence[Window]) -> Figure:
-    """Mean peak forces of a tooth, the larger arc's, and of the ring over its radius, with none as a line.
+    """Draw mean peak forces of a tooth (the larger arc's) and of the ring over its radius; no ring is a line.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def _series(study: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
-    """Smallest radius (m) from which on a value is zero at every speed; None if the largest one shows some."""
+    """Return the smallest radius (m) from which on a value is zero at every speed; None if it is not at the largest."""
     largest = study.dropna(subset="ring_radius_m").groupby("ring_radius_m")[value].max().sort_index()
     quiet = (largest[::-1] <= 0).cumprod()[::-1].astype(bool)
     return float(largest.index[quiet].min()) if quiet.any() else None
@@ -130,7 +130,7 @@ def quiet_from(study: pd.DataFrame, value: str) -> float | None:
 def _panels(
     study, columns, unit: str, title: str, marks: Mapping[str, float]
 ) -> tuple[Figure, list[Axes], list[float]]:
-    """A panel for each entry of ``columns`` with a curve for each speed; and the radii on the x axis."""
+    """Draw a panel for each entry of ``columns``, with a curve for each speed; return the radii, too."""
     radii = sorted(study["ring_radius_m"].dropna().unique())
     gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
     gap = gaps.min() if len(gaps) else 0.001

@@ -1,9 +1,9 @@
-// What pages share: small helpers, themes, paper, addresses, downloads, and the data that a page carries.
+// Shared by pages: small helpers, themes, paper, addresses, downloads, and the data that a page carries.
 const $ = (id) => document.getElementById(id);
 const root = document.documentElement;
-const REDRAWS = []; // what has to be redrawn in other colours or on paper
+const REDRAWS = []; // functions that redraw in other colours or on paper
 
-// What the page carries compressed
+// Compressed data of the page
 async function opened(id) {
   const packed = await fetch("data:application/gzip;base64," + $(id).textContent);
   return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
@@ -21,7 +21,7 @@ function redraw() { for (const draw of REDRAWS) draw(); }
 $("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
-// Paper is light, and holds what is open
+// Paper is light, with all details open
 addEventListener("beforeprint", () => {
   root.classList.add("printing");
   redraw();
@@ -51,7 +51,7 @@ function download(name, text) {
 
 const DATA = JSON.parse(await opened("data"));
 
-// A chart as rows: curve, what its axes are, and its points
+// A chart as rows: curve, names of its axes, and its points
 function csvOf(plot) {
   const quoted = (text) => '"' + String(text ?? "").replaceAll('"', '""') + '"';
   const title = (letter, at) => quoted(plot.layout[letter + "axis" + (at || letter).slice(1)].title.text);

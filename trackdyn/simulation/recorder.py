@@ -171,7 +171,7 @@ class Recorder:
     def _check_step(self) -> None:
         """Check a piece when it is over; raises `InputError` as `check_load`, then as `StepCheck.judge`.
 
-        Under a wheel that stands the chain slides, and no step resolves that.
+        Over a stopped wheel the chain slides, and no step resolves that.
         """
         piece = self._piece
         seconds = (self.done - piece.done) / self.scene.rig.rate

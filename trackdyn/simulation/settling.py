@@ -3,7 +3,7 @@
 1. The chain is laid on its wheels and tensioned at rest, with the rig's own ring (`initial_tension`).
 2. Suspended wheels are released, and the ring changes to that of the scene; the tension is set again if the scene
    requires it.
-3. The loop comes to rest (`rest_state`). If it does not, settling is repeated with half the step.
+3. The loop comes to rest. If it does not, settling is repeated with half the step.
 4. The scene's model takes the positions of wheels and suspensions; rates and energy balance become zero.
 """
 
@@ -30,9 +30,8 @@ from trackdyn.rig.layout import check_overlap, tensioner
 from trackdyn.scene.build import check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
-from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
+from trackdyn.simulation.initial_tension import NotSettledError, TensionedLoop, tensioned
 from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, flatten, move_wheels
-from trackdyn.simulation.rest_state import NotSettledError
 from trackdyn.sources import edited, kept, module_files, module_hash
 
 HALVINGS = 2  # of the step of a loop that does not come to rest

@@ -1,4 +1,4 @@
-"""The ring study (Sect. 6.2) of any rig: every ring and none at every speed, each until its contacts are known."""
+"""Ring study (Sect. 6.2) of any rig: every ring and none at every speed, until the contacts converge."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,15 +38,15 @@ def ring_study(
     """Run every ring, and none, at every speed and load.
 
     Radii are in m (by default `scene.rings.study_radii`), speeds in rev/min, loads, pulls of the chain (`Scene.load`),
-    in N, the rig's own by default. ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store.
-    Of several steps (s) the first counts that is neither refused nor diverges; by default the rig's own. Around the
-    choice of a ``rule`` radii are run that it needs (`RingRule.refined`).
+    in N, the rig's own by default. ``jobs, store, progress`` are as in `sweep`: a killed study resumes from its store.
+    Of several steps (s) the first is used that is neither refused nor diverges; by default the rig's own. Radii around
+    the choice of a ``rule`` are added (`RingRule.refined`).
 
     The table has a row per scene, no ring first: ``rpm``, ``load_n``, ``ring_radius_m`` (empty: no ring), ``added``
     (whether the study took that radius on its way), ``state``, ``reason``, ``contacts_converged``, the columns of
-    ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors hold what the step adds
-    (`measure.uncertainty`). Raises `InputError` where a speed, a load or a radius cannot be used, or no ring for a
-    ``rule`` carries the chain; what is wrong with one scene is its ``reason``.
+    ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors include that of the step
+    (`measure.uncertainty`). Raises `InputError`: a speed, a load or a radius cannot be used, or no ring for a ``rule``
+    carries the chain. The error of one scene is its ``reason``.
     """
     requested = study_radii(rig) if radii is None else sorted(set(radii))
     radii, high = list(requested), Scene.ring_range(rig)[1]
@@ -82,11 +82,11 @@ def other_grips(
     progress: bool = False,
     step: Sequence[float] = (),
 ) -> pd.DataFrame:
-    """Run a ring of a study with Dahl's law, soft and hard in shear, where a tooth bears most of that without a ring.
+    """Run a ring with Dahl's law, soft and hard in shear, and return a row for each.
 
-    That is at one speed and load. The stiffnesses are the ends of the range of the default rig's file. Arguments are
-    those of `ring_study`, ``radius`` is in m. The table has `ring_study`'s columns, and ``shear_stiffness`` (N/m a
-    link), a row each.
+    Speed and load are those with the largest ``tooth_ratio``, the stiffnesses the ends of the range of the default
+    rig's file. Arguments are those of `ring_study`, ``radius`` is in m. The table has `ring_study`'s columns and
+    ``shear_stiffness`` (N/m a link).
     """
     rows = study[study["ring_radius_m"] == radius]
     worst = rows.loc[rows["tooth_ratio"].idxmax()]
@@ -100,7 +100,7 @@ def other_grips(
 
 
 def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bool) -> pd.DataFrame:
-    """Table of scenes of one sprocket, by radius, load and speed. Raises `InputError`: a scene has no driven chain."""
+    """Return the table of scenes of one sprocket, by radius, load and speed. Raises `InputError` as `check_driven`."""
     for scene in scenes:  # before anything runs
         check_driven(scene)
     rig = scenes[0].rig
