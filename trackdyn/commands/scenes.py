@@ -68,26 +68,24 @@ def simulate(
         console.warn(foreign)
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
-    if tolerance is None:
-        _for_its_duration(scene, out, rig, quiet)
-    else:
-        options.check_output(out, True, rig)
-        _until_converged(_plan(scene, measure, tolerance, longest, preset, fields), tolerance, longest, out, rig, quiet)
-
-
-def _prepare(scene, out: Path, rig: str) -> None:
-    """Check the output file of a run, and warn if it exists. Raises `InputError` as `options.check_output`."""
     from trackdyn.simulation.recorder import file_bytes
 
     options.check_output(out, True, rig, size=file_bytes(scene))
     if out.exists():
         console.warn(f"{out} exists and is replaced when the run is done; until then Ctrl-C keeps it")
+    if tolerance is None:
+        _for_its_duration(scene, out, quiet)
+        return
+    free = preset is None and not {"step", "integrator"} & fields.keys()
+    if not _until_converged(scene, dict.fromkeys(measure or ["rms"], tolerance), longest, free, out, quiet):
+        raise InputError(
+            f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has the run so far"
+        )
 
 
-def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
+def _for_its_duration(scene, out: Path, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
-    _prepare(scene, out, rig)
     if not quiet:
         console.decisions(scene)
     recording = run(scene, progress=not quiet)
@@ -98,36 +96,24 @@ def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
         from trackdyn.measure.metrics import shown_measures
 
         console.load(recording)
-
         if len(recording.time) > 1:
             console.measures(recording, shown_measures(recording))
         else:
             console.warn(f"{out} has one sample, and no measures")
 
 
-def _plan(scene, measure: list[str] | None, tolerance: float, longest: float, preset: str | None, fields: dict):
-    """Return the plan for a scene; method and step of options remain."""
-    from trackdyn.measure.planner import plan as plan_scene
+def _until_converged(scene, tolerances: dict[str, float], longest: float, free: bool, out: Path, quiet: bool) -> bool:
+    """Record a scene until its measures are within ``tolerances`` (`planner.plan`); return whether they are."""
+    from trackdyn.measure.planner import plan
 
-    free = preset is None and not {"step", "integrator"} & fields.keys()
-    return plan_scene(scene, dict.fromkeys(measure or ["rms"], tolerance), longest, free)
-
-
-def _until_converged(plan, tolerance: float, longest: float, out: Path, rig: str, quiet: bool) -> None:
-    from trackdyn.measure.sensor import whole_samples
-
-    scene = plan.scene.with_(duration=whole_samples(plan.scene.rig.rate, plan.duration))
-    _prepare(scene, out, rig)
+    planned = plan(scene, tolerances, longest, free)
     if not quiet:
-        console.plan(plan)
-        console.decisions(scene)
-    answer = plan.run()
+        console.plan(planned)
+        console.decisions(planned.scene)
+    answer = planned.run()
     answer.recording.save(out)
-    console.tension(plan.scene, answer.recording, False)
+    console.tension(planned.scene, answer.recording, False)
     console.load(answer.recording)
     console.remarks(answer.recording)
     console.answer(answer)
-    if not answer.converged:
-        raise InputError(
-            f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has the run so far"
-        )
+    return answer.converged
