@@ -138,43 +138,6 @@ def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is
     assert run_command(*RING).code == 1
 
 
-FORMER_RULE = "right_share_pct &lt; 0.5, left_share_pct &lt;= tooth + 2, smallest"
-
-
-def former_study(radii="0.302\n115,0.304\n210,0.302\n210,0.304"):
-    """The files of a study by another rule, whose table has these speeds and radii."""
-    for name in FILES:
-        write_text(Path("f") / name, f"{name} of before")
-    rows = radii.replace("\n", ",False\n")
-    write_text(Path("f/ring.csv"), f"rpm,ring_radius_m,added\n115,,False\n115,{rows},False\n")
-    write_text(Path("f/ring.html"), f"<p>The rule\n<code>{FORMER_RULE}</code> is ours.")
-    write_text(Path("f/rows/a.npz"), "a row")
-
-
-def test_the_choice_of_a_former_rule_is_replaced_and_its_files_are_kept(folder):
-    """They have no notes, as those of an earlier version."""
-    former_study()
-    done = run_command(*RING[:-1])
-    assert done.code == 0, done.err
-    assert (
-        "the choice in f was by another rule (right_share_pct < 0.5, left_share_pct <= tooth + 2, smallest)" in done.out
-    )
-    assert Path("f/ring.html").read_text(encoding="utf-8") == "ring.html of a.yaml"
-    assert {path.name for path in Path("f/former_rule").iterdir()} == {*FILES}
-    assert FORMER_RULE in Path("f/former_rule/ring.html").read_text(encoding="utf-8")
-    assert Path("f/rows/a.npz").read_text(encoding="utf-8") == "a row"
-    assert "another rule" not in run_command(*RING[:-1]).out
-    # a second one does not take the place of the first
-    former_study()
-    assert "exists; give another name, or --overwrite" in run_command(*RING).err
-
-
-def test_a_former_study_of_other_runs_is_not_replaced(folder):
-    former_study("0.302\n210,0.302")
-    assert "ring.csv exists; give another name, or --overwrite" in run_command(*RING).err
-    assert not Path("f/former_rule").exists()
-
-
 SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
 
 

@@ -12,14 +12,6 @@ from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError
 
-Mapping = Annotated[
-    Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file with the options of the sensor's file.")
-]
-SensorOption = Annotated[
-    str | None,
-    typer.Option("--sensor", metavar="NAME", help="Sensor of the rig whose record this is, where it has several."),
-]
-
 
 def parse_axes(pairs: list[str] | None) -> dict[str, str]:
     """Parse columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
@@ -51,7 +43,7 @@ def of_mapping() -> dict[str, Parameter]:
             option: Any = Annotated[bool, typer.Option(name, help=help)]
         elif "object" in kinds:
             metavar = "[AXIS=]NUMBER" if "number" in kinds else "AXIS=COLUMN"
-            option = Annotated[list[str] | None, typer.Option(name, metavar=metavar, help=f"{help} Repeatable.")]
+            option = Annotated[list[str] | None, options.repeatable(name, metavar, help)]
         elif "number" in kinds and "string" not in kinds:
             option = Annotated[float | None, options.number(name, help)]
         else:
@@ -95,8 +87,12 @@ def compare(
     sensor: Annotated[
         Path, typer.Argument(metavar="SENSOR", help="Sensor's file: a table in text, with columns by name.")
     ],
-    mapping: Mapping = None,
-    name: SensorOption = None,
+    mapping: Annotated[
+        Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file with the options of the sensor's file.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="Sensor of this record, where the rig has several.")
+    ] = None,
     figure: Annotated[
         Path | None, options.file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
     ] = None,

@@ -60,6 +60,11 @@ def parse_load(text: str | float) -> float:
     return parse_quantity("--load", text, {"kN": 1e3, "N": 1.0, "": 1.0}, accepted)
 
 
+def repeatable(name: str, metavar: str, help: str, **more: Any) -> Any:
+    """Return an option that may be given several times."""
+    return typer.Option(name, metavar=metavar, help=f"{help} Repeatable.", **more)
+
+
 def number(name: str, help: str) -> Any:
     """Return an option of a finite number."""
     return parsed(name, lambda text: parse_number(name, text), "NUMBER", help)
@@ -142,23 +147,10 @@ Tolerance = Annotated[
     float | None,
     parsed("--tolerance", share_parser("--tolerance", _SHARE), "SHARE", f"Error of a measure, such as {_SHARE}."),
 ]
-Measures = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--measure",
-        metavar="NAME",
-        autocompletion=_measures,
-        help=f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}; may be given several times.",
-    ),
-]
-Pitches = Annotated[
-    list[int] | None,
-    typer.Option(
-        "--pitch",
-        metavar="PITCH",
-        help="Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default. Repeatable.",
-    ),
-]
+_MEASURES = f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}."
+Measures = Annotated[list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=_measures)]
+_PITCHES = "Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default."
+Pitches = Annotated[list[int] | None, repeatable("--pitch", "PITCH", _PITCHES)]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default.")
 ]
@@ -167,14 +159,8 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file tha
 RecordingFile = Annotated[
     Path, typer.Argument(metavar="RECORDING", help="Recording made by `trackdyn simulate` (.npz).")
 ]
-Choose = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--choose",
-        metavar="NAME=SETTING",
-        help="One choice of fidelity, such as chain=single_pin; may be given several times.",
-    ),
-]
+_CHOICE = "Choice of fidelity, such as chain=single_pin."
+Choose = Annotated[list[str] | None, repeatable("--choose", "NAME=SETTING", _CHOICE)]
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 
 

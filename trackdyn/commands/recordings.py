@@ -47,10 +47,7 @@ def export(
         str | None, typer.Option("--sensor", metavar="NAME", help="Sensor of the rig; all of them by default.")
     ] = None,
     pitch: Annotated[
-        list[int] | None,
-        typer.Option(
-            "--pitch", metavar="PITCH", help="Recorded pitch, from 1, whose contact forces are added. Repeatable."
-        ),
+        list[int] | None, options.repeatable("--pitch", "PITCH", "Recorded pitch, from 1, whose contacts are added.")
     ] = None,
     contacts: Annotated[
         bool, typer.Option("--contacts", help="One row per contact instead: duration, groove, peak force, impulse.")

@@ -2,7 +2,6 @@
 
 import re
 import shlex
-from html import unescape
 from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-FORMER = "former_rule"  # folder, within that of a study, of files by a rule of an earlier version
 PICTURES = ("force", "fig23_a", "fig23_b", "fig24", "sliding")
 PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
 CAPTIONS = {  # of the pictures on the page
@@ -27,6 +25,9 @@ CAPTIONS = {  # of the pictures on the page
     "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
     "sliding": "Friction work on the teeth and on the ring in a turn of the sprocket",
 }
+
+
+_parse_share = options.share_parser("--tooth-force", "0.5 or 50%", whole=True)
 
 
 def _parse_wear(text: str | float) -> float:
@@ -45,25 +46,15 @@ def ring(
     ] = None,
     radii: Annotated[
         str | None,
-        typer.Option(
-            metavar="RADII",
-            help="Radii of the ring, m: low:high:count or a,b,c; eleven that the rig allows by default.",
-        ),
+        typer.Option(metavar="RADII", help="Radii, m: low:high:count or a,b,c; eleven of the rig by default."),
     ] = None,
     step: Annotated[
         str | None,
-        typer.Option(
-            "--step", metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."
-        ),
+        typer.Option(metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."),
     ] = None,
     tooth_force: Annotated[
         float,
-        options.parsed(
-            "--tooth-force",
-            options.share_parser("--tooth-force", "0.5 or 50%", whole=True),
-            "SHARE",
-            "Largest force of a tooth that is allowed, as a share of that without a ring.",
-        ),
+        options.parsed("--tooth-force", _parse_share, "SHARE", "Allowed force of a tooth over that without a ring."),
     ] = 0.5,
     wear: Annotated[
         float, options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm.")
@@ -98,7 +89,6 @@ def ring(
     inputs = rig_path(rig), (sorted(set(speeds)),), (rings, *(["default"] if radii is None else [])), (steps,)
     inputs += () if load is None else ((loads,),)
     outputs = [out / name for name in ("ring.csv", "ring.html", *PICTURE_FILES)]
-    replaced = _set_aside(out, outputs, str(judge), speeds, loads, rings, inputs)
     for path in outputs:
         options.check_output(path, overwrite, *inputs)
     study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge, loads)
@@ -106,20 +96,15 @@ def ring(
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
     _check_meshing(study)
-    notes = [*filter(None, [replaced, foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    chosen = judge.radius(study)
-    of_friction = (jobs, out / "rows", not quiet, steps)
-    grips = other_grips(loaded, study, chosen, *of_friction) if chosen == chosen else None
-    sentences = advice(study, judge, durations, grips)
-    held = held_for(study, judge, loaded)
-    about = {
-        "held": held,
-        "advice": sentences,
-        "notes": notes,
-        "compared": _comparison_rows(compared(study, judge, durations)),
-    }
+    notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
+    chosen, grips = judge.radius(study), None
+    if chosen == chosen:
+        grips = other_grips(loaded, study, chosen, jobs, out / "rows", not quiet, steps)
+    sentences, held = advice(study, judge, durations, grips), held_for(study, judge, loaded)
+    rows = _comparison_rows(compared(study, judge, durations))
+    about = {"title": Path(rig).stem, "held": held, "advice": sentences, "notes": notes, "compared": rows}
     with noting(inputs, *outputs):
-        _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
+        _write_study(out, study, loaded, judge, rig_name=rig, **about)
     if not quiet:
         typer.echo("\n".join([held, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
@@ -149,39 +134,6 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
     origin = f"Rig {rig_name}; trackdyn {__version__}; radius of equal pitch by each reading: {radii}."
     pictures = {out / f"{name}.svg": caption for name, caption in CAPTIONS.items()}
     write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
-
-
-def _set_aside(out: Path, outputs: list[Path], rule: str, speeds: list, loads: list, rings: list, inputs: tuple) -> str:
-    """Return a sentence on the study in a folder if its choice is by another rule, otherwise an empty one.
-
-    Files of the same study by the rule of an earlier version, which left no notes (`own_files`), go to `FORMER`.
-    """
-    import pandas as pd
-
-    from trackdyn.commands.own_files import is_own
-
-    try:
-        stated = re.search(r"The rule\s+<code>(.*?)</code>", (out / "ring.html").read_text(encoding="utf-8"))
-        before = unescape(stated[1]) if stated else rule
-        table = pd.read_csv(out / "ring.csv")
-        requested = table[~table["added"].astype(bool)]
-        same = [sorted(set(speeds)), sorted(rings), loads] == [
-            sorted(requested[name].dropna().unique()) if name in requested else [0.0]
-            for name in ("rpm", "ring_radius_m", "load_n")
-        ]
-    except (OSError, ValueError, KeyError):  # no study
-        return ""
-    if before == rule or not same:
-        return ""
-    others = [path for path in outputs if path.exists() and not is_own(path, inputs)]
-    moved = ""
-    if others and before.startswith("right_share_pct"):
-        (out / FORMER).mkdir(exist_ok=True)
-        if not any((out / FORMER / path.name).exists() for path in others):
-            for path in others:
-                path.replace(out / FORMER / path.name)
-            moved = f"; its files are kept in {out / FORMER}"
-    return f"the choice in {out} was by another rule ({before}) and is replaced; rows are used again{moved}"
 
 
 def _check_meshing(study: "pd.DataFrame") -> None:
