@@ -34,13 +34,13 @@ ROOT = Path(__file__).parents[1]
 RIG = Path(__file__).with_name("viscous.yaml")  # which does not move with the default one
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
-# what costs minutes is compiling: tests of spatial runs, of sprung tensioners and of other integrators share these laws
+# compiling costs minutes: tests of spatial runs, of sprung tensioners and of other integrators share these laws
 LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
 def pytest_addoption(parser):
-    parser.addoption("--no-kernels", action="store_true", help="skip what calls a kernel or starts a process")
+    parser.addoption("--no-kernels", action="store_true", help="skip tests that call a kernel or start a process")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -56,7 +56,7 @@ def _no_kernels(pytestconfig):
 
 def pytest_collection_modifyitems(config, items):
     # one worker compiles the default kernel for the pages while another reads files, so that none compiles it twice;
-    # then comes what starts processes and waits for them, and small files last, so that workers end together
+    # then come tests that start processes and wait for them, and small files last, so that workers end together
     rank = {"test_pages": 0, "sensor": 1, "docs": 2, "workflow": 2, "rig": 4}
     items.sort(key=lambda item: rank.get(item.path.stem, rank.get(item.path.parent.name, 3)))
     for item in items:
@@ -106,7 +106,7 @@ def run_command(*words):
 
 
 def refused(call, *arguments, words=(), start="", error=InputError, **keywords):
-    """What a call is refused with: one sentence that begins so and holds these words."""
+    """The refusal of a call: one sentence with this start and these words."""
     with pytest.raises(error) as caught:
         call(*arguments, **keywords)
     sentence = str(caught.value)
@@ -116,7 +116,7 @@ def refused(call, *arguments, words=(), start="", error=InputError, **keywords):
 
 
 def recorded(scene, **options):
-    """Record of a scene by its loop alone: no piece of it is run again with a finer step."""
+    """Record of a scene by its loop: no piece of it is run again with a finer step."""
     loop = Loop(scene)
     loop.advance(scene.ramp + scene.lead_in)
     return loop.record(scene.duration, **options)

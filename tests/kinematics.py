@@ -132,7 +132,7 @@ def set_model(loop, **fields):
 
 
 def next_samples(loop, samples, pitches=(), frame_stride=0, log_rows=0):
-    """Arrays of the next samples by the time loop alone, ``log_rows`` contacts that end among them."""
+    """Arrays of the next samples by the time loop, ``log_rows`` contacts that end among them."""
     frames = -(-samples // frame_stride) if frame_stride else 0
     sensors = len(loop.model.sensors.body)
     record = make_record(samples, loop.state, sensors, pitches, frames, frame_stride, log_rows)

@@ -1,6 +1,6 @@
 """Random layouts: wheels and chains of any number, drawn around the sprocket of a shipped rig.
 
-A layout is drawn from a seed and its number alone, so that any of them can be made again (`random_rig`). Chains and
+A layout is drawn from a seed and its number, so that any of them can be made again (`random_rig`). Chains and
 sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
@@ -28,7 +28,7 @@ def pin_radius(base: Rig, radius) -> np.ndarray:
 
 
 def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) -> np.ndarray | None:
-    """Places and radii (count, 3) of wheels around which so many pitches fit, m; None if these ones do not."""
+    """Places and radii (count, 3) of wheels around which a number of pitches fits, m; None if these do not."""
     size = base.sprocket.ring_radius
     radius = np.append(size, rng.uniform(0.45, 1.0, count - 1) * size)
     turn = 2 * pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
@@ -79,7 +79,7 @@ def random_rig(number: int) -> Rig:
     c = base.chain
     weight = base.gravity * (c.link_mass + c.connector_mass) / base.pitch
     span = float(np.diff(path.start)[1::2].max())
-    # what hangs below the strand that is tensioned, and more, so that the lowest one is taut
+    # the weight below the tensioned strand, and more, so that the lowest one is taut
     low = float((circles[:, 1] - circles[:, 2]).min())
     hanging = weight * (float(path.along([0.5 * (path.start[-2] + path.length)])[0][0, 1]) - low)
     tension = max(base.tension.pre_tension * rng.uniform(0.5, 1.5), hanging + weight * span * rng.uniform(1.0, 3.0))

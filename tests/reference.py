@@ -31,7 +31,7 @@ class Accelerations(NamedTuple):
 
 
 class WheelTerms(NamedTuple):
-    """What contacts and ``w`` wheels add to the dense system; the first wheel does not accelerate."""
+    """Terms of contacts and ``w`` wheels in the dense system; the first wheel does not accelerate."""
 
     matrix: np.ndarray  # (3 n + w, 3 n + w) inertia over input pins and angle of every body, and the wheels
     inertia: np.ndarray  # (w,) of the wheels, kg m2
@@ -132,7 +132,7 @@ def _solve_symmetric(matrix, rhs):
     """Solve a symmetric indefinite system: equilibrate, factor in double, refine in extended precision."""
     scale = np.ones(len(rhs), dtype=np.longdouble)
     for _ in range(_SCALINGS):
-        # kg, kg m2 and m stand side by side in the matrix: bring every row and column to order one.
+        # kg, kg m2 and m are mixed in the matrix: bring every row and column to order one.
         scale /= np.sqrt(np.max(np.abs(matrix * scale * scale[:, None]), axis=1))
     scale = np.exp2(np.rint(np.log2(scale)))  # powers of two: scaling rounds nothing
     matrix = matrix * scale * scale[:, None]

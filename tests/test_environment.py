@@ -1,4 +1,4 @@
-"""What is installed: the lock holds every package with its hash, and keeps to pyproject.toml as the conda file does."""
+"""Installed packages: the lock has every one with its hash, and keeps to pyproject.toml as the conda file does."""
 
 import re
 import subprocess
@@ -20,7 +20,7 @@ LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{
 
 
 def asked(*extras):
-    """All that the project asks for with some extras and with those that they name."""
+    """Requirements of the project with some extras and with those that they name."""
     requirements = [Requirement(text) for text in PROJECT["dependencies"]]
     for extra in extras:
         for requirement in map(Requirement, PROJECT["optional-dependencies"][extra]):
@@ -80,7 +80,7 @@ def test_a_missing_module_is_named_with_the_extra_that_brings_it():
 
 
 def without_extras(*arguments):
-    """A command where nothing is installed but what the simulator itself asks for."""
+    """A command with only the simulator's own requirements installed."""
     core = {requirement.name for requirement in asked()}
     extras = {requirement.name for requirement in asked(*PROJECT["optional-dependencies"])} - core
     modules = {MODULES.get(name, name.replace("-", "_")) for name in extras}
@@ -90,7 +90,7 @@ def without_extras(*arguments):
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A short run by the simulator alone."""
+    """A short run without extras."""
     out = tmp_path_factory.mktemp("core") / "run.npz"
     ended = without_extras("simulate", str(out), "--duration", "0.1", "--lead-in", "0")
     assert ended.returncode == 0, ended.stderr

@@ -10,7 +10,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_text
 
 
-def test_what_breaks_off_leaves_what_was_there(tmp_path):
+def test_an_interrupted_write_leaves_the_old_file(tmp_path):
     target = tmp_path / "a.txt"
     write_text(target, "whole")
     with pytest.raises(ZeroDivisionError), replacing(target) as temporary:
@@ -20,7 +20,7 @@ def test_what_breaks_off_leaves_what_was_there(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_only_what_a_process_that_is_gone_was_writing_is_removed(tmp_path):
+def test_only_files_of_ended_processes_are_removed(tmp_path):
     write = """
 import os, sys
 from trackdyn.inputs.files import replacing

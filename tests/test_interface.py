@@ -1,4 +1,4 @@
-"""The interface as a person meets it: names, help, completion, and what a notebook shows."""
+"""The interface: names, help, completion, tables of a notebook."""
 
 import inspect
 import pydoc
@@ -40,7 +40,7 @@ def test_a_help_has_types_and_defaults_and_no_machinery(owner):
     assert not re.search(r"<function|<factory>|lambda|Annotated|FieldInfo|Validator\(|PydanticUndefined", text)
 
 
-def test_the_signature_of_a_scene_is_what_it_takes():
+def test_the_signature_of_a_scene_has_its_fields():
     parameters = inspect.signature(Scene).parameters
     assert [*parameters] == ["rig", "motor_rpm", "ring_radius", "preset", *[
         name for name in Scene.model_fields if name not in ("rig", "motor_rpm", "ring_radius")

@@ -57,7 +57,7 @@ if jit.INTERPRETED:
 
 
 def ten_steps(folder, suffix, **environment):
-    """What a process of its own prints that goes on from every loop in a folder."""
+    """Output of a process that continues every loop of a folder."""
     command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix]
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
 
@@ -69,7 +69,7 @@ def read(path):
 
 
 def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, rig, tmp_path):
-    """Only the order of rounding may differ; one step would not show what a kernel forgets from step to step."""
+    """Only the order of rounding may differ; one step would not show state that a kernel loses from step to step."""
     for name, fields in SCENES.items():
         loop = Loop(make_scene(150.0, **(fields | {"rig": rig.changed(**fields.get("rig", {}))})))
         loop.advance(0.3)
@@ -85,7 +85,7 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, rig, tmp_pat
 
 
 def assert_same(path):
-    """Compare what both kinds of kernels left of a scene; accelerations are small differences of large loads."""
+    """Compare the arrays of both kinds of kernels; accelerations are small differences of large loads."""
     compiled, interpreted = (read(path.with_suffix(f".{kind}.npz")) for kind in ("compiled", "interpreted"))
     assert interpreted["work.tooth_force"].max() > 100.0
     for array, right in interpreted.items():

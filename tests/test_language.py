@@ -7,6 +7,8 @@ import pytest
 
 ROOMS = (
     *(f"trackdyn/{room}" for room in ("model", "chain", "contact", "integrate", "rig", "scene", "inputs", "plots")),
+    *(f"trackdyn/{room}" for room in ("simulation", "sweeps", "commands")),
+    *(f"tests/{room}" for room in ("commands", "sweeps", "simulation", "plots", "laboratory")),
     "workflow",
 )
 PAGES = ("README.md", "CONTRIBUTING.md")

@@ -41,7 +41,7 @@ COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrat
     "inputs": {"numpy", "psutil", "pydantic", "pydantic_core", "yaml"},
     "rig": {"numpy", "scipy", "pandas", "pydantic"},
 }
-CORNERS = {  # a library, and the rooms that alone may import it
+CORNERS = {  # a library, and the only rooms that may import it
     "matplotlib": {"trackdyn.plots", "trackdyn.fieldtest", "trackdyn_replication.report", "laboratory.report"},
     "jinja2": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
     "plotly": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
@@ -51,7 +51,7 @@ CORNERS = {  # a library, and the rooms that alone may import it
 
 
 def imports_of(path, everywhere=True):
-    """Full names of the modules that a file imports, with what it takes from them; also within functions."""
+    """Full names of the modules that a file imports, with the names taken from them; also within functions."""
     tree = ast.parse(path.read_bytes())
     for node in ast.walk(tree) if everywhere else top_level(tree):
         if isinstance(node, ast.Import):
@@ -70,7 +70,7 @@ def top_level(tree):
 
 
 def defined_in(tree, name):
-    """Dotted names of what a module or a class defines: functions, classes, variables, fields."""
+    """Dotted names that a module or a class defines: functions, classes, variables, fields."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             yield f"{name}.{node.name}"
@@ -101,13 +101,13 @@ def room_of(module):
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_a_module_imports_what_is_below_it(module):
+def test_a_module_imports_only_lower_ones(module):
     package, room = room_of(module)
     rooms = ROOMS[package]
     for name in imports_of(MODULES[module]):
         other, theirs = room_of(name)
         if other == package:
-            theirs = theirs if theirs in rooms else "__init__"  # what the package itself hands out
+            theirs = theirs if theirs in rooms else "__init__"  # names that the package itself offers
             assert rooms.index(theirs) <= rooms.index(room), name
         elif other in FOLDERS:
             assert other in BELOW[package], name
@@ -122,7 +122,7 @@ def test_no_module_imports_itself_by_a_detour():
     graph = {}
     for name, path in MODULES.items():
         imported = {next((n for n in (i, i.rpartition(".")[0]) if n in MODULES), "") for i in imports_of(path, False)}
-        graph[name] = imported - {name, "", *FOLDERS}  # a package's own file gathers what it shows
+        graph[name] = imported - {name, "", *FOLDERS}  # a package's own file gathers its names
     while leaves := {name for name, needs in graph.items() if not needs}:
         graph = {name: needs - leaves for name, needs in graph.items() if name not in leaves}
     assert not graph, f"in circles, or above one: {sorted(graph)}"
@@ -142,8 +142,8 @@ def test_only_commands_speak_of_options():
     """Whatever is below them names fields, for who calls it from Python; a command puts its options in their place."""
     for module, path in MODULES.items():
         package, room = room_of(module)
-        said = re.findall(r"--[a-z]+", path.read_text(encoding="utf-8"))
-        assert package != "trackdyn" or room == "commands" or not said, module
+        options = re.findall(r"--[a-z]+", path.read_text(encoding="utf-8"))
+        assert package != "trackdyn" or room == "commands" or not options, module
 
 
 def test_contributing_shows_the_imports_of_today():
@@ -162,5 +162,5 @@ def test_no_script_hides_a_package():
     assert len(scripts) > 30
     others = sys.stdlib_module_names | packages_distributions().keys() - FOLDERS.keys()
     for folder in {path.parent for path in scripts}:
-        beside = {path.stem for path in folder.glob("*.py")} | {path.parent.name for path in folder.glob("*/*.py")}
-        assert not beside & others, f"{folder}: another name for {beside & others}"
+        modules = {path.stem for path in folder.glob("*.py")} | {path.parent.name for path in folder.glob("*/*.py")}
+        assert not modules & others, f"{folder}: another name for {modules & others}"

@@ -30,7 +30,7 @@ IN_CONTAINER = {name.replace("/job/", "/"): text for name, text in list(VERSION_
         (VERSION_2, "0::/job/step", 1.6e9),
         (VERSION_2, "0::/", MACHINE),
         (VERSION_1, "3:cpu,cpuacct:/job\n4:memory:/job\n0::/", 0.75e9),
-        (IN_CONTAINER, "4:memory:/docker/0123", 0.75e9),  # the host's name of what is the container's top
+        (IN_CONTAINER, "4:memory:/docker/0123", 0.75e9),  # the host's name of the container's top
         (VERSION_1, "3:cpu:/job", MACHINE),
         ({**VERSION_2, "job/memory.current": "3000000000"}, "0::/job", 0),
         ({**VERSION_2, "job/memory.max": "damaged"}, "0::/job", MACHINE),

@@ -1,4 +1,4 @@
-"""What a file means is its hash, and what was edited after it was imported is known."""
+"""Hashes of sources without comments, and edits after an import."""
 
 import os
 import shutil

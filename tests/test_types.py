@@ -1,4 +1,4 @@
-"""A type checker sees the types of the public functions in a user's script, and what does not fit them."""
+"""A type checker sees the types of the public functions in a user's script, and errors against them."""
 
 import pytest
 
@@ -35,8 +35,8 @@ def test_a_users_script_is_checked_against_the_package(tmp_path, monkeypatch):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT + "\n".join(WRONG) + "\n", encoding="utf-8")
     options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache"), "--no-pretty"]
-    said, failure, _ = api.run([*options, str(script)])
+    report, failure, _ = api.run([*options, str(script)])
     assert not failure, failure
     first = 1 + SCRIPT.count("\n")
-    lines = {int(line.split(":")[1]) for line in said.splitlines() if "script.py" in line and ": error:" in line}
-    assert lines == set(range(first, first + len(WRONG))), said
+    lines = {int(line.split(":")[1]) for line in report.splitlines() if "script.py" in line and ": error:" in line}
+    assert lines == set(range(first, first + len(WRONG))), report

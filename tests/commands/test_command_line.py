@@ -1,4 +1,4 @@
-"""The command line as a whole: how commands are listed, what they load, and that they name things alike."""
+"""The command line: its help, the libraries that commands load, and the numbers that options take."""
 
 import os
 import re
@@ -34,17 +34,17 @@ def run(*words, code=ENTRY, **environment):
 
 
 def loaded(code, *words):
-    """Libraries that are loaded when the code has run, and what it printed."""
+    """Libraries that are loaded when the code has run, and its output."""
     done = run(*words, code=f"import sys; {code}; print(); print(*sys.modules)")
     assert done.returncode == 0, done.stderr
-    *said, modules = done.stdout.splitlines()
-    return {name.partition(".")[0] for name in modules.split()}, "\n".join(said)
+    *printed, modules = done.stdout.splitlines()
+    return {name.partition(".")[0] for name in modules.split()}, "\n".join(printed)
 
 
 @pytest.mark.parametrize("words", [("--help",), ("simulate", "--help"), ("rigs",), ("--version",)])
-def test_what_only_prints_loads_no_library_that_computes(words):
-    modules, said = loaded(ENTRY, *words)
-    assert not modules & {*HEAVY, "numpy"} and said.strip()
+def test_help_and_lists_load_no_numerical_library(words):
+    modules, printed = loaded(ENTRY, *words)
+    assert not modules & {*HEAVY, "numpy"} and printed.strip()
 
 
 BELT = "--choose chain=belt --ring-radius none --duration 12 --quiet"
@@ -66,7 +66,7 @@ BELT = "--choose chain=belt --ring-radius none --duration 12 --quiet"
         ("compare {0}/nothing.npz {0}/nothing.csv", 1),
     ],
 )
-def test_what_calls_no_kernel_loads_no_compiler(tmp_path, line, code):
+def test_a_command_without_kernels_loads_no_compiler(tmp_path, line, code):
     words = line.format(tmp_path).split()
     ended = f"try: exec({ENTRY!r})\nexcept SystemExit as end: code = end.code or 0\nelse: code = 0"
     modules, _ = loaded(f"exec({ended!r}); assert code == {code}", *words)
@@ -90,11 +90,11 @@ def test_a_help_has_types_in_words_and_an_example_that_the_command_takes(name):
     COMMANDS[name].make_context(name, words[1:])  # reads the words, and runs nothing
 
 
-def test_what_options_state_anew_is_what_the_rooms_below_have():
+def test_defaults_that_help_repeats_are_those_of_the_simulator():
     """A help is printed without them: importing them takes a second."""
     assert rig_file.DEFAULT == options.DEFAULT_RIG
-    said = " ".join(CliRunner().invoke(app, ["simulate", "--help"]).output.split())
-    assert f"{', '.join([*choices.PRESETS][:-1])} or {[*choices.PRESETS][-1]};" in said
+    text = " ".join(CliRunner().invoke(app, ["simulate", "--help"]).output.split())
+    assert f"{', '.join([*choices.PRESETS][:-1])} or {[*choices.PRESETS][-1]};" in text
 
 
 NUMBERS = [

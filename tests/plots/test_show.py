@@ -1,4 +1,4 @@
-"""The page of a run: what moves is the run, its forces obey Newton, and it works in a real browser."""
+"""The page of a run: its motion is the run, its forces obey Newton, and it works in a browser."""
 
 import re
 from dataclasses import replace
@@ -53,7 +53,7 @@ def test_an_impact_is_cut_and_leaves_the_other_arrows_their_length(recording, st
     assert hit["force_bar"] == usual["force_bar"] and hit["force_most"] == 3 * usual["force_bar"]
 
 
-def test_what_moves_is_the_run(recording, stretch):
+def test_the_motion_is_that_of_the_run(recording, stretch):
     """Place and forces of the recorded pitch, which the record keeps by another way."""
     assert stretch.begin == recording.begin
     # equal steps in other chunks: rounding, which contact makes larger; a page draws 0.2 mm
@@ -80,7 +80,7 @@ def test_what_moves_is_the_run(recording, stretch):
 
 
 @pytest.mark.parametrize("fields", [{"ring_radius": None}, {"chain": "single_pin"}])
-def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
+def test_contacts_and_weight_accelerate_the_chain(make_scene, fields):
     """Both momenta change by the drawn forces at their drawn places; without friction nothing else acts."""
     scene = make_scene(210.0, friction="none", **fields)
     loop = Loop(scene.with_(rig=scene.rig.changed(tension__travel=0.2)))  # one pin a pitch makes a longer loop

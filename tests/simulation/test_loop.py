@@ -68,7 +68,7 @@ def test_steps_and_advance_are_the_same_motion(loop):
     assert np.abs(advanced.state.angle - loop.state.angle).max() > 0.05  # it does move
 
 
-def test_advance_says_how_far_it_has_come_and_takes_what_is_left_of_a_sample_too(loop):
+def test_advance_reports_its_chunks_and_ends_within_a_sample(loop):
     ticks = []
     loop.advance(0.5123, ticks.append)
     assert loop.time == pytest.approx(1.5123, abs=1e-12)
@@ -191,7 +191,7 @@ def test_the_sprocket_follows_its_ramps_exactly(loop):
     assert loop.state.wheel_rate[0] == 0.0
 
 
-def test_the_tensioner_tightens_what_it_lengthens(make_scene):
+def test_a_longer_way_around_the_wheels_tightens_the_chain(make_scene):
     """A loop at rest: the longer the way around the wheels, the tighter the chain."""
     start = Loop(make_scene(0.0))
     rig, here = start.scene.rig, start.layout.tensioner_shift_m
@@ -221,7 +221,7 @@ def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_
 
 
 def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
-    """Other types would compile the whole time loop once more: for a law, a tensioner, or the settling alone."""
+    """Other types would compile the whole time loop once more: for a law, a tensioner, or the settling."""
     soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
     scenes = [
         make_scene(0.0),
@@ -271,7 +271,7 @@ def test_a_changed_loop_is_driven_on(loop):
 
 
 @pytest.mark.parametrize(
-    ("fields", "says"),
+    ("fields", "message"),
     [
         ({"ring_radius": 0.303}, "ring_radius = 0.303: cannot change in a loop"),
         ({"chain": "single_pin"}, "chain = 'single_pin': cannot change in a loop"),
@@ -280,8 +280,8 @@ def test_a_changed_loop_is_driven_on(loop):
         ({"step": 3e-5}, "step = 3e-05:"),
     ],
 )
-def test_what_a_state_cannot_take_is_refused(loop, fields, says):
-    with pytest.raises(InputError, match=says):
+def test_a_change_that_a_state_does_not_fit_is_refused(loop, fields, message):
+    with pytest.raises(InputError, match=message):
         loop.changed(**fields)
 
 

@@ -1,4 +1,4 @@
-"""Settled loops that are shared give every scene the bytes that it would get alone."""
+"""Shared settled loops give every scene the bytes of its own settling."""
 
 import numpy as np
 import pytest
@@ -18,18 +18,18 @@ SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly
 
 @pytest.fixture(autouse=True)
 def _nothing_kept(monkeypatch):
-    """Loops of this process alone."""
+    """Only loops of this process."""
     monkeypatch.setattr(settling, "kept_folder", lambda: None)
 
 
 def assert_shared(scene, starts):
-    """A run from a loop that was settled before is the run alone, bit for bit."""
+    """A run from a shared loop is the run from its own, bit for bit."""
     recording, expected = simulate(scene, starts=starts), simulate(scene)
     assert recording.meta == expected.meta
     assert_same_arrays(recording, expected)
 
 
-def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
+def test_scenes_of_a_series_are_those_of_single_runs(make_scene):
     starts = SettledLoops()
     for rpm, ring in ((115.0, 0.308), (210.0, None), (210.0, 0.308)):
         assert_shared(make_scene(rpm, ring_radius=ring, **SHORT), starts)
@@ -50,7 +50,7 @@ def test_only_so_many_are_kept(make_scene):
         assert len(starts._settled) == len(starts._tensioned) == 1
 
 
-def test_a_step_is_refused_with_a_shared_loop_as_alone():
+def test_a_step_is_refused_with_a_shared_loop_as_with_its_own():
     """The limits of a step know the speed, which the loop that is shared does not; a step nobody chose follows."""
     starts, rig = SettledLoops(), load_rig("parts").changed(chain__link_mass=6.0)  # light links bear small steps
     large = {"ring_radius": 0.313, "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
@@ -63,7 +63,7 @@ def test_a_step_is_refused_with_a_shared_loop_as_alone():
 
 @pytest.fixture
 def kept(monkeypatch, tmp_path):
-    """Function that settles a scene as a new process does, and says whether it took a loop that was kept."""
+    """Function that settles a scene as a new process does, and whether it used a stored loop."""
     monkeypatch.setattr(settling, "kept_folder", lambda: tmp_path)
 
     def start(scene):
@@ -90,7 +90,7 @@ def assert_same(made, taken):
             np.testing.assert_array_equal(flatten(getattr(taken.arrays, name))[array], right, err_msg=array)
 
 
-def test_what_a_loop_depends_on_is_in_the_name_of_its_file(make_scene, kept, monkeypatch):
+def test_the_name_of_a_file_has_everything_that_its_loop_depends_on(make_scene, kept, monkeypatch):
     """Settings, the rig, the numbers behind a name, the sources; and a damaged file counts for none."""
     scene = make_scene(115.0, **SHORT)
     right, _ = kept(scene)

@@ -69,7 +69,7 @@ def forget_limits(monkeypatch):
 
 
 @pytest.mark.parametrize("absurd", [None, 1e19], ids=["too large a step", "steel of any stiffness"])
-def test_a_run_that_diverges_says_when_and_where(make_scene, rig, monkeypatch, absurd):
+def test_a_run_that_diverges_names_time_and_place(make_scene, rig, monkeypatch, absurd):
     """With the check of the step out of the way neither a step nor a rig that is absurd ends in a result."""
     forget_limits(monkeypatch)
     # without loss: steel that damps itself at the instant of its force would hold the bodies together
@@ -108,10 +108,10 @@ def read_back(run, path):
     ],
     ids=str,
 )  # fmt: skip
-def test_what_a_scene_records_is_read_back(make_scene, tmp_path, fields):
+def test_a_recording_is_read_back(make_scene, tmp_path, fields):
     run = simulate(make_scene(**fields))
     read_back(run, tmp_path / "run.npz")
-    if fields.get("motor_rpm") == 0.0 and "chain" not in fields:  # gravity is what a sensor shows at rest
+    if fields.get("motor_rpm") == 0.0 and "chain" not in fields:  # at rest a sensor shows gravity
         assert np.hypot(sense(run).ay, sense(run).ax) == pytest.approx(1.0, abs=1e-3)
     for seconds in (0.13, 0.35, 0.45):
         shorter = without_beginning(run, seconds)

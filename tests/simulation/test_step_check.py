@@ -50,11 +50,11 @@ def statistics(rms, peaks, shares=(0.0, 0.0, 0.0)):
 
 
 @pytest.mark.parametrize("share", [0.9 * DOUBTFUL_SHARE, 1.1 * DOUBTFUL_SHARE])
-@pytest.mark.parametrize("alone", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
-def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
-    run = statistics([1.0], [1.0, 0.3, 0.2], [alone, 1.0, 0.0])  # the second side carries little
-    assert run.doubtful("left") == (alone > ONE_STEP) and run.doubtful("right") and not run.doubtful("ring")
-    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > DOUBTFUL_SHARE or alone > ONE_STEP)
+@pytest.mark.parametrize("of_one_step", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
+def test_alternation_and_peaks_of_one_step_are_doubted(share, of_one_step):
+    run = statistics([1.0], [1.0, 0.3, 0.2], [of_one_step, 1.0, 0.0])  # the second side carries little
+    assert run.doubtful("left") == (of_one_step > ONE_STEP) and run.doubtful("right") and not run.doubtful("ring")
+    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > DOUBTFUL_SHARE or of_one_step > ONE_STEP)
     assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
 
 
@@ -62,7 +62,7 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
     ("difference", "state"),
     [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)],
 )
-def test_a_finer_step_decides_what_is_doubtful(make_scene, difference, state):
+def test_a_finer_step_decides_doubt(make_scene, difference, state):
     check = StepCheck(make_scene(115.0), 1e-4)
     check.reason, check.difference = "it flips", Difference(*difference)
 
@@ -80,11 +80,11 @@ def test_answers_are_compared_over_the_same_pitches():
     rows = np.zeros(4, CONTACT_INTERVAL)
     rows["pitch"], rows["peak_n"] = [0, 0, 1, 2], [50.0, 100.0, 80.0, 1.0]
     rows["peak_s"] = [0.1, 0.2, 0.30005, 0.4]
-    largest, alone = largest_forces(rows, rows[:0], 5, 1e-4, 0.0)
+    largest, of_one_step = largest_forces(rows, rows[:0], 5, 1e-4, 0.0)
     assert largest[:, 0].tolist() == [100.0, 80.0, 1.0, 0.0, 0.0]
-    assert alone[:, 0].tolist() == [100.0, 0.0, 1.0, 0.0, 0.0]  # the second lies between two steps
+    assert of_one_step[:, 0].tolist() == [100.0, 0.0, 1.0, 0.0, 0.0]  # the second lies between two steps
 
-    # cut by the begin of the log, or by its end: what came before or comes after was not logged
+    # cut by the begin of the log, or by its end: contacts before or after were not logged
     cut = np.zeros(3, CONTACT_INTERVAL)
     cut["pitch"], cut["peak_n"] = [0, 1, 2], 100.0
     cut["peak_s"], cut["end_s"] = [0.1, 0.3, 0.4], [0.2, 0.3001, 0.5]
@@ -98,8 +98,8 @@ def test_answers_are_compared_over_the_same_pitches():
     assert statistics([0.0], [0.0] * 3).difference(statistics([0.0], [0.0] * 3)) == (0.0, 0.0)
 
 
-def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
-    """Doubt that a finer run does not share is said, not refused."""
+def test_a_record_that_flips_and_holds_with_a_finer_step_completes_with_a_reason(make_scene, monkeypatch):
+    """Doubt that a finer run does not share is a reason, not a refusal."""
     monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.step_check.LARGEST_SHARE", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).resolution
@@ -153,9 +153,9 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
 @pytest.mark.parametrize(
     ("rms", "left", "state"), [(1.0, 100.0, YES), (1.066, 100.0, NO), (1.0, 144.0, NO), (None, None, OPEN)]
 )
-def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_alone(rig, rms, left, state):
-    """Its damping hides what flips: RMS 6.6 % too small was called resolved. Where no explicit run is allowed, or at
-    a part of a run, nothing is known.
+def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_only(rig, rms, left, state):
+    """Its damping hides flips: RMS 6.6 % too small was called resolved. Where no explicit run is allowed, or at a part
+    of a run, nothing is known.
     """
     scene = Scene(rig, 150.0, integrator="linearly_implicit", duration=3.0)
     other = explicit_fields(scene)

@@ -37,7 +37,7 @@ def radii_of(rig: Rig) -> dict[float, str]:
 
 
 def rows_of(name: str, store: Path) -> pd.DataFrame:
-    """Run the study of a track and keep what rule and page need of it."""
+    """Run the study of a track and keep the columns of rule and page."""
     path, speeds, steps = TRACKS[name]
     grid, rig = radii_of(load_rig(path)), load_rig(path)
     rows = ring_study(rig, speeds, list(grid), 1, store / name.replace(" ", "_"), step=steps)

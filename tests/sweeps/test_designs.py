@@ -12,7 +12,7 @@ from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requ
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "is empty; a header"),
         ("motor_rpm,\n1,2\n", "a column without a name"),
@@ -25,10 +25,10 @@ from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requ
         ("motor_rpm\n", "has no rows"),
     ],
 )
-def test_a_file_that_is_no_design_is_refused(tmp_path, text, said):
+def test_a_file_that_is_no_design_is_refused(tmp_path, text, message):
     path = tmp_path / "d.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_design(path)
 
 
@@ -43,7 +43,7 @@ def only(cells):
     return requested_rows(pd.DataFrame([cells]), str(RIG))[0]
 
 
-def test_cells_mean_what_they_say():
+def test_cells_are_read_as_numbers_lists_and_names():
     """Of numbers that only Python reads as such, the text goes on, to be refused by its field."""
     cells = {
         "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "contact_log": "False", "friction": "none",
@@ -60,7 +60,7 @@ def test_cells_mean_what_they_say():
     assert only({"motor_rpm": 115.0, "pitches": "3"}).task["scene"]["pitches"] == [3]
 
 
-def test_a_key_is_what_is_asked_and_not_how_it_is_said(monkeypatch):
+def test_a_key_depends_on_values_and_not_on_their_spelling(monkeypatch):
     one = only({"motor_rpm": 115, "duration": 2.0}).key
     for same in (
         {"duration": "2", "motor_rpm": "115.0"},
@@ -74,14 +74,14 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(monkeypatch):
     assert only({"motor_rpm": 115, "duration": 2.0}).key != one
 
 
-def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
-    """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
+def test_a_default_and_the_same_value_stated_have_other_keys_where_a_rig_decides():
+    """A row without a tensioner's setting has its rig's, and another key than one that locks it."""
     table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
     assert len({row.key for row in requested_rows(table, "parts")}) == 3
 
 
 @pytest.mark.parametrize(
-    ("cells", "said"),
+    ("cells", "message"),
     [
         ({"motor_rpm": "115", "ring_radius": ""}, "ring_radius is empty"),
         ({"motor_rpm": 115, "ring_radius": np.nan}, "ring_radius is empty"),
@@ -93,8 +93,8 @@ def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_la
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )
-def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said):
-    assert said in only(cells).reason
+def test_a_cell_without_a_value_is_the_rows_reason(cells, message):
+    assert message in only(cells).reason
 
 
 def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch):

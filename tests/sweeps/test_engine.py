@@ -1,4 +1,4 @@
-"""The engine of rows with made-up ones: states, processes, and what a kill costs."""
+"""The engine of rows with made-up ones: states, processes, kills."""
 
 import json
 import os
@@ -74,7 +74,7 @@ def states(rows):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
+def test_a_row_has_the_state_of_its_computation(compute, tmp_path, jobs):
     due = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
     rows = results(compute, due, jobs, tmp_path / "store")
     assert states(rows[key] for key in due) == [
@@ -161,7 +161,7 @@ def test_a_long_row_holds_back_no_others(compute, tmp_path):
     assert next(iter(rows)) != next(iter(due))
 
 
-def test_processes_that_cannot_start_are_said(compute, tmp_path, monkeypatch):
+def test_processes_that_cannot_start_are_named(compute, tmp_path, monkeypatch):
     import made_up_rows
 
     (tmp_path / "program" / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")

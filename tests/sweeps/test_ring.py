@@ -1,4 +1,4 @@
-"""The ring study of any rig: which radii, which one to choose and why, and what the command writes."""
+"""Ring study of any rig: its radii, the choice and its reasons, the files of the command."""
 
 import operator
 from itertools import pairwise
@@ -96,8 +96,8 @@ def test_a_ring_that_was_not_run_at_every_speed_is_not_chosen_but_counts_above_a
 
 
 def test_advice_names_force_price_wear_and_windows():
-    said = advice(study(), RULE, DURATIONS)
-    assert said == [
+    sentences = advice(study(), RULE, DURATIONS)
+    assert sentences == [
         "recommended: a ring of radius 0.306 m",
         "the largest force of a tooth in a passage is 3900 N at 115 rpm and 2500 N at 210 rpm: 0.49 and 0.42 of that "
         "without a ring, at most 0.5 as asked",
@@ -128,25 +128,25 @@ def test_a_bound_kept_by_less_than_three_errors_is_not_decided():
     """At 115 rpm 0.306 m is 100 N below its bound, 0.307 m 2000 N; without a ring the force is known well."""
     for error, radius in ((33.0, 0.306), (34.0, 0.307)):
         table = study(error=error)
-        said = str(advice(table, RULE, DURATIONS))
+        sentences = str(advice(table, RULE, DURATIONS))
         assert RULE.radius(table) == 0.306 and RULE.decided(table) == radius
         undecided = "this is not decided: at 115 rpm the force is 0.4875 +- 0.0042 (standard error)"
-        assert (undecided in said) == (radius == 0.307), said
-        assert ("a smaller step does, or a ring of 0.307 m" in said) == (radius == 0.307)
+        assert (undecided in sentences) == (radius == 0.307), sentences
+        assert ("a smaller step does, or a ring of 0.307 m" in sentences) == (radius == 0.307)
 
 
-def test_where_the_ring_drives_alone_it_is_said():
+def test_a_friction_drive_is_named():
     free = study(with_force(210.0, 0.306, 0.0))
-    said = advice(free, RULE, DURATIONS)
-    assert "friction drive: no tooth is touched at 210 rpm, the ring drives alone" in said
+    sentences = advice(free, RULE, DURATIONS)
+    assert "friction drive: no tooth is touched at 210 rpm, the ring drives alone" in sentences
     touched = "0.304 to 0.305 m (2 radii, up to 1 mm apart); 0.307 to 0.308 m (2 radii, up to 1 mm apart)"
-    assert f"a tooth is touched, at every speed: {touched}" in said
+    assert f"a tooth is touched, at every speed: {touched}" in sentences
 
 
-def test_where_no_ring_serves_the_least_share_and_why_are_said():
+def test_without_a_ring_that_serves_the_least_share_is_named():
     table = study({rpm: tuple(2.5 * force for force in forces) for rpm, forces in FORCE.items()})
-    said = advice(table, RULE, DURATIONS)
-    assert said[:4] == [
+    sentences = advice(table, RULE, DURATIONS)
+    assert sentences[:4] == [
         "no ring of these keeps the force of a tooth at 0.5 of that without a ring at every speed",
         "the least share that any keeps at every speed is 0.62: 0.307 m, at 115 rpm, on the left arc",
         "the right arc comes back at 0.308 m: 0.6 % of a turn at 115 rpm",
@@ -160,14 +160,14 @@ def test_a_ring_that_wears_keeps_the_bound_down_to_its_wear():
     worn = [RingRule(wear=wear) for wear in (0.0005, 0.001, 0.002, 0.0025)]
     assert [rule.radius(study()) for rule in worn] == pytest.approx([0.307, 0.307, 0.308, float("nan")], nan_ok=True)
     assert worn[0].refined(study()) == [0.3055, 0.3065]
-    said = advice(study(), worn[2], DURATIONS)
-    assert "wear: the bound fails after 2 to 3 mm, at 0.305 m" in said[4]
+    sentences = advice(study(), worn[2], DURATIONS)
+    assert "wear: the bound fails after 2 to 3 mm, at 0.305 m" in sentences[4]
     none = advice(study(), worn[3], DURATIONS)
     assert none[0].endswith("but not over 2.5 mm of wear: the widest window has 2 mm")
     assert "narrower" not in str(none)
 
 
-def test_what_is_not_known_does_not_serve():
+def test_an_unknown_force_does_not_serve():
     unknown = with_force(210.0, 0.306, float("nan"))
     assert RULE.radius(study(unknown)) == 0.307
     # nor does a ring below one that is not known, in a step of the paper
@@ -248,16 +248,16 @@ def test_three_grids_name_rings_that_agree(monkeypatch, wear):
     assert min(chosen) > 0.3061 + wear and max(chosen) - min(chosen) <= 5e-4
 
 
-def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
-    """Half is kept over 0.4 mm alone, which is looked for around any radius that keeps it."""
+def test_a_narrow_window_is_named_and_not_chosen(monkeypatch):
+    """Half is kept over 0.4 mm only, which is looked for around any radius that keeps it."""
 
     def dip(radius, rpm):
         return 2000.0 if 0.3041 <= radius <= 0.3045 else 7000.0
 
     made, run = made_up_study(monkeypatch, [0.3030, 0.3043, 0.3060, 0.3070], dip)
-    said = advice(made, RULE, DURATIONS)
-    assert said[0].startswith("no ring of these serves: 0.3043") and len(run) > 1
-    assert said[1] == "the window is narrower than 0.5 mm, which a ring as made may miss"
+    sentences = advice(made, RULE, DURATIONS)
+    assert sentences[0].startswith("no ring of these serves: 0.3043") and len(run) > 1
+    assert sentences[1] == "the window is narrower than 0.5 mm, which a ring as made may miss"
 
 
 def test_without_a_ring_that_serves_it_is_looked_for_beside_the_least_force(monkeypatch):
@@ -270,7 +270,7 @@ def test_without_a_ring_that_serves_it_is_looked_for_beside_the_least_force(monk
     assert 0.3046 <= RULE.radius(made) < 0.3051 and len(run[-1]) <= 12
 
 
-def test_how_a_ring_that_gives_way_in_shear_would_do_is_said():
+def test_the_advice_covers_a_ring_that_gives_way_in_shear():
     grips = pd.DataFrame(
         {"rpm": 210.0, "shear_stiffness": [1e6, 3e4], "tooth_ratio": [1.13, 0.47], "mobilised_friction": [0.1, 0.017]}
     )
@@ -286,7 +286,7 @@ def test_how_a_ring_that_gives_way_in_shear_would_do_is_said():
 
 
 def test_a_window_claims_only_radii_that_were_run():
-    """The middle of a gap is no end of a window, and how far its radii lie apart is said."""
+    """The middle of a gap is no end of a window; the distance of its radii is named."""
     kept = {0.3: False, 0.302: True, 0.3045: True, 0.305: True, 0.31: False, 0.312: True}
     assert [str(window) for window in windows(kept)] == [
         "0.302 to 0.305 m (3 radii, up to 2.5 mm apart)", "0.312 m"
@@ -321,7 +321,7 @@ def test_a_ring_that_bears_nothing_is_not_where_tightening_begins():
 
 
 def test_a_narrow_range_has_all_radii_inside_it(monkeypatch):
-    """A least ring between two hundredths of a millimetre is not rounded out of what a scene allows."""
+    """A least ring between two hundredths of a millimetre is not rounded out of the range of a scene."""
     rig = load_rig("robot")
     monkeypatch.setattr(rings, "usual_rings", lambda rig: (0.0802832, 0.0804149))
     radii = study_radii(rig)
@@ -334,7 +334,7 @@ def test_a_tensioner_without_room_for_a_ring_is_named():
         study_radii(rig)
 
 
-def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it_as_said():
+def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it():
     """Against loops that were settled: half a millimetre below the least one nothing lies on the ring, above it a link
     or more does, with its weight of 100 N and the pull of the strands.
     """
@@ -398,16 +398,16 @@ def test_a_ring_must_serve_under_every_load():
     # a ring that was not run under one of the loads is none to choose
     missed = table[~((table["ring_radius_m"] == 0.307) & (table["load_n"] == 0.0) & (table["rpm"] == 210.0))]
     assert RULE.radius(missed) == 0.308
-    said = advice(table, RULE, DURATIONS)
-    assert said[:2] == [
+    sentences = advice(table, RULE, DURATIONS)
+    assert sentences[:2] == [
         "recommended: a ring of radius 0.307 m",
         "the largest force of a tooth in a passage is 2000 N at 115 rpm, 4000 N at 115 rpm under 3000 N, 1500 N at 210 "
         "rpm and 3000 N at 210 rpm under 3000 N: 0.25, 0.25, 0.25 and 0.25 of that without a ring, at most 0.5 as "
         "asked",
     ]
     fails = "at 0.306 m a tooth bears 0.73 of that without a ring at 115 rpm under 3000 N"
-    assert any(fails in sentence for sentence in said)
-    assert any("right arc free, below 0.5 % of a turn, at every speed and load" in sentence for sentence in said)
+    assert any(fails in sentence for sentence in sentences)
+    assert any("right arc free, below 0.5 % of a turn, at every speed and load" in sentence for sentence in sentences)
     rows = compared(table, RULE, DURATIONS)
     assert rows[["rpm", "load_n"]].drop_duplicates().to_numpy().tolist() == [
         [115.0, 0.0], [115.0, 3000.0], [210.0, 0.0], [210.0, 3000.0]
@@ -418,14 +418,15 @@ def test_a_ring_must_serve_under_every_load():
     )
 
 
-def test_the_advice_says_for_which_load_it_holds_and_computes_the_drag():
+def test_the_advice_names_its_loads_and_the_drag():
     """Motor power over the speed of the chain, less the load: 302 W at 115 and 210 rpm, 303 W with 0.307 m."""
     bench, free = load_rig("bench"), study().assign(load_n=0.0)
     assert held_for(free, RULE, bench) == (
         "this holds for a track that pulls nothing: the motor overcomes its own drag, 226 to 414 N"
     )
-    said = "this holds for loads of 0 and 3000 N on the chain, beside its own drag, 227 to 415 N"
-    assert held_for(loaded_study(), RULE, bench) == said
+    assert held_for(loaded_study(), RULE, bench) == (
+        "this holds for loads of 0 and 3000 N on the chain, beside its own drag, 227 to 415 N"
+    )
     unknown = free.assign(motor_power_w=float("nan"))
     assert "overcomes its own drag" in held_for(unknown, RULE, bench)
 

@@ -1,4 +1,4 @@
-"""A sweep: what comes of every row, and that nothing is lost or computed twice."""
+"""A sweep: states of its rows, and that no row is lost or computed twice."""
 
 import json
 import os
@@ -38,7 +38,7 @@ def counted(monkeypatch):
     return due
 
 
-def test_a_row_is_the_scene_alone(make_scene):
+def test_a_row_has_the_metrics_of_its_scene(make_scene):
     table = sweep(design(2, ring_radius=0.31), rig=RIG, jobs=1)
     fast = preset("fast")
     for k, rpm in enumerate((115.0, 120.0)):
@@ -51,8 +51,8 @@ def test_a_row_is_the_scene_alone(make_scene):
             assert value == table[name][k] or (pd.isna(value) and pd.isna(table[name][k])), name
 
 
-def test_broken_rows_say_why_and_stop_nobody(tmp_path):
-    said = {
+def test_broken_rows_have_reasons_and_stop_no_others(tmp_path):
+    rows = {
         "": {},
         "motor_rpm = 'fast': must be a finite number": {"motor_rpm": "fast"},
         "motor_rpm = [1.0, 2.0]: must be a finite number": {"motor_rpm": np.array([1, 2])},
@@ -66,11 +66,11 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path):
         "stop_rule: force = 'x':": {"stop_rule.force": "x", "stop_rule.passages": "13"},
     }
     table = pd.DataFrame(
-        [{"motor_rpm": "115"} | {name: str(v) for name, v in SHORT.items()} | row for row in said.values()]
+        [{"motor_rpm": "115"} | {name: str(v) for name, v in SHORT.items()} | row for row in rows.values()]
     )
     swept = sweep(table.fillna(""), tmp_path / "r.csv", RIG, jobs=1)
-    assert swept.state.tolist() == ["done"] + ["refused"] * (len(said) - 1)
-    for words, reason in zip(said, swept.reason, strict=True):
+    assert swept.state.tolist() == ["done"] + ["refused"] * (len(rows) - 1)
+    for words, reason in zip(rows, swept.reason, strict=True):
         assert words in reason and "\n" not in reason and bool(words) == bool(reason), reason
     pd.testing.assert_series_equal(
         pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, swept.reason, check_dtype=False
@@ -108,7 +108,7 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ({"design": [1, 2]}, "design = \\[1, 2\\]:"),
         ({"design": pd.DataFrame({0: [1]})}, "a column without a name"),
@@ -118,8 +118,8 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
         ({"rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )
-def test_what_makes_no_sweep_is_refused(arguments, said):
-    with pytest.raises(InputError, match=said):
+def test_a_sweep_refuses_invalid_arguments(arguments, message):
+    with pytest.raises(InputError, match=message):
         sweep(**{"design": design(1), "rig": RIG} | arguments)
 
 
@@ -131,16 +131,16 @@ def test_every_link_gives_measures_with_errors():
 
 
 def test_a_row_takes_the_first_of_its_steps_that_comes_out():
-    """1e-3 s is beyond what the contacts allow, and 2e-3 s beyond any step."""
+    """1e-3 s is beyond the limit of the contacts, and 2e-3 s beyond any step."""
     table = design(3).assign(preset=None, step=["0.001 0.0001", "0.0001", "0.002; 0.001"])
     swept = sweep(table, rig=RIG, jobs=1)
     assert swept.state.tolist() == ["done", "done", "refused"], swept.reason.tolist()
-    alone = sweep(design(1).assign(preset=None, step=1e-4), rig=RIG, jobs=1)
-    assert swept.step_s[0] == 1e-4 and swept.rms_g[0] == alone.rms_g[0]
+    single = sweep(design(1).assign(preset=None, step=1e-4), rig=RIG, jobs=1)
+    assert swept.step_s[0] == 1e-4 and swept.rms_g[0] == single.rms_g[0]
     assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=RIG, jobs=1).reason[2]
 
 
-# Rows that wait until there are fewer rows in the store than a file of the test says.
+# Rows that wait until there are fewer rows in the store than a file of the test allows.
 WAITING = """
 import os, pathlib, time
 from trackdyn.sweeps import sweep, sweep_row
@@ -181,12 +181,12 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.01)
         (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)
-        said = process.communicate()[1]  # also of the processes that it started, which end with it
+        errors = process.communicate()[1]  # also of the processes that it started, which end with it
         assert not out.exists() and most <= stored_rows(store) < 8
-        assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said
-    assert process.returncode == 130, said
-    assert said.lstrip().startswith(b"trackdyn: interrupted")
+        assert len(errors.split(b"\n")) <= 3 and b"Traceback" not in errors, errors
+    assert process.returncode == 130, errors
+    assert errors.lstrip().startswith(b"trackdyn: interrupted")
     process = begin(9)
     assert (process.wait(), process.communicate()[1]) == (0, b"")
-    sweep(pd.read_csv(designed), tmp_path / "alone.csv", RIG, jobs=1)
-    assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "alone.csv").read_bytes()
+    sweep(pd.read_csv(designed), tmp_path / "single.csv", RIG, jobs=1)
+    assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "single.csv").read_bytes()

@@ -1,4 +1,4 @@
-"""Plausible tracks: what is drawn, how a row is judged, shares, maps, and values that separate."""
+"""Plausible tracks: draws, verdicts of rows, shares, maps, and values that separate."""
 
 import numpy as np
 import pandas as pd
@@ -75,7 +75,7 @@ def test_a_share_has_its_interval_and_its_class(count, kind, low, high):
     assert (table[table["name"] == "2"]["class"] == NOT_JUDGED).all()
 
 
-def test_what_starts_judge_differently_is_not_decided_and_engaged_tracks_are_counted_apart():
+def test_starts_that_differ_decide_nothing_and_engaged_tracks_are_counted_apart():
     verdicts = np.where(np.arange(20) < 5, np.nan, 0.0)
     verdicts[5:10] = 1.0
     table = shares(CONFIG, judged(**{"1": verdicts}), {"1": "a sentence"}).set_index("tracks")
@@ -116,27 +116,27 @@ def test_no_value_of_the_ring_separates_a_sentence_without_one():
     assert separating_values(table, {"5": "Ring: free"}, [CREEP, "mass"], 1)["value"].tolist() == [CREEP]
 
 
-def test_a_track_that_cannot_be_built_stands_in_the_table_with_its_reason():
+def test_a_track_that_cannot_be_built_has_a_row_with_its_reason():
     first = next(drawn_rigs(CONFIG))._replace(rig=None, reason="no loop")
     table = judge_rows(CONFIG, [first], [without_values("", "refused", "no loop")], judged_claims(CLAIMS), {})
     assert table["reason"].tolist() == ["no loop"] and "1" not in table
 
 
 def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
-    """What one start alone shows is not decided."""
+    """A sentence that only one start shows is not decided."""
     small = CONFIG.model_copy(update={"radii_m": {115.0: [0.303, 0.304, 0.305, 0.308, 0.313]}})
     rig, claims, sentences = load_rig("parts"), judged_claims(CLAIMS), load_sentences(CLAIMS)
     values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     assert len(values["starts"]) == len(small.row.starts) == 2
     one = {"state": DONE, "values": {"starts": values["starts"][:1]}}
-    alone = judge_rig(small, one, rig, claims, sentences)
+    single = judge_rig(small, one, rig, claims, sentences)
     for number in (7, 9, 10, 14):
-        parts = [alone[claim.name] for claim in claims if claim.sentence == number]
-        assert alone[str(number)] == min(parts)
+        parts = [single[claim.name] for claim in claims if claim.sentence == number]
+        assert single[str(number)] == min(parts)
     free = {name: scene | {"right_share_pct": 0.0} for name, scene in values["starts"][0].items()}
     caught = {name: scene | {"right_share_pct": 9.0} for name, scene in values["starts"][0].items()}
     both = judge_rig(small, {"state": DONE, "values": {"starts": [free, caught]}}, rig, claims, sentences)
-    assert np.isnan(both["19"]) and both["10"] == alone["10"]
+    assert np.isnan(both["19"]) and both["10"] == single["10"]
     jammed = {name: scene | {"ring_share_pct": 0.0} for name, scene in free.items()}
     row = {"state": DONE, "reason": "", "values": {"starts": [jammed]}}
     track = next(drawn_rigs(CONFIG))._replace(rig=rig)
@@ -157,11 +157,11 @@ def test_a_ring_that_touches_nothing_runs_as_none(rig):
     """Also at a speed that has no run without a ring."""
     row = CONFIG.row.model_dump() | {"steps_s": [1e-4], "starts": [{"ramp_s": 0.3, "wait_s": 0.05}], "passages": 1}
     small = Scene.ring_range(rig)[0] - 0.001
-    alone, none = (run_rig(rig.model_dump(), [[210, ring, False]], {}, row)["starts"][0] for ring in (small, None))
-    assert alone[f"210 {small:g}"] == none["210 none"]
+    small_ring, none = (run_rig(rig.model_dump(), [[210, ring, False]], {}, row)["starts"][0] for ring in (small, None))
+    assert small_ring[f"210 {small:g}"] == none["210 none"]
 
 
-def test_passages_of_all_connectors_say_what_a_long_run_says(rig):
+def test_passages_of_all_connectors_agree_with_a_long_run(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
     row = CONFIG.with_one_start.row.model_dump() | {"steps_s": [1e-4], "passages": 8}
     values = run_rig(rig.model_dump(), [[115, 0.308, True]], {}, row)["starts"][0]["115 0.308"]

@@ -37,7 +37,7 @@ def chosen(force, **columns):
 FORCE = [9000, 7000, 5000, 3900, 3000, 2000, 2100, 2000, 2000, 2000, 4500]
 
 
-def test_each_rule_chooses_a_ring_and_says_what_it_gains_and_costs():
+def test_each_rule_chooses_a_ring_with_its_gain_and_cost():
     of = chosen(FORCE, right=[3, 0.6, 0.4, 0, 0, 0, 0, 0, 0.5, 2, 3])
     assert {rule: choice["state"] for rule, choice in of.items()} == dict.fromkeys(
         ("0.3", "0.5", "0.7", "durations"), "chosen"
@@ -53,11 +53,11 @@ def test_each_rule_chooses_a_ring_and_says_what_it_gains_and_costs():
 
 
 def test_why_no_ring_is_chosen_is_told_apart():
-    alone = chosen([9000] * 5 + [3000] + [9000] * 5)
-    assert alone["0.5"]["state"] == "larger misses" and alone["0.5"]["kept_m"] == "0.308"
-    assert np.isnan(alone["0.5"]["radius_m"]) and alone["0.3"]["state"] == "none"
-    assert alone["0.3"]["kept_m"] == "" and alone["0.3"]["least_ratio"] == 3000 / BARE
-    assert np.isnan(alone["0.3"]["right_back_m"])
+    narrow = chosen([9000] * 5 + [3000] + [9000] * 5)
+    assert narrow["0.5"]["state"] == "larger misses" and narrow["0.5"]["kept_m"] == "0.308"
+    assert np.isnan(narrow["0.5"]["radius_m"]) and narrow["0.3"]["state"] == "none"
+    assert narrow["0.3"]["kept_m"] == "" and narrow["0.3"]["least_ratio"] == 3000 / BARE
+    assert np.isnan(narrow["0.3"]["right_back_m"])
     assert of_track(CONFIG, RUN, row(FORCE, carried=0.4), RIG) == [{"state": "jammed"}]
     assert of_track(CONFIG, RUN, {"state": REFUSED, "values": {}}, RIG) == [{"state": REFUSED}]
 

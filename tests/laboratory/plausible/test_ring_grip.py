@@ -1,4 +1,4 @@
-"""The study of the ring's tangential force: which laws are run, what a row decides."""
+"""The study of the ring's tangential force: its laws, the verdicts of a row."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def row(left, right, state=DONE):
     return {"state": state, "values": {"starts": [values]}}
 
 
-def test_laws_change_the_ring_alone_and_one_value_of_it_at_a_time():
+def test_laws_change_only_the_ring_and_one_value_of_it_at_a_time():
     rig, seen = load_rig("parts"), set()
     for friction in CONFIG.grip.laws:
         for setting, changes in laws(friction):

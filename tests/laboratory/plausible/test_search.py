@@ -1,4 +1,4 @@
-"""The search for a rig: what it makes small, where it begins and ends, and the file that it writes."""
+"""The search for a rig: its residuals, its starts and ends, and the file that it writes."""
 
 from itertools import islice
 from pathlib import Path
@@ -45,7 +45,7 @@ def printed_values() -> dict[str, dict]:
     return values
 
 
-def test_what_is_printed_costs_nothing_and_each_number_pulls_however_far_it_is_off():
+def test_printed_values_cost_nothing_and_each_number_pulls_at_any_distance():
     printed = residuals(CONFIG, printed_values())
     assert cost(printed) == 0
     for scene, column, name in (
@@ -110,7 +110,7 @@ def test_a_search_goes_down_and_repeats_itself(name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", CONFIG.search.searches)
-def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, tmp_path):
+def test_a_rig_file_has_values_and_ranges_and_names_those_outside(name, tmp_path):
     unknowns = searched_unknowns(CONFIG, name)
     values = unknowns.values(np.full(len(unknowns.labels), 0.4))
     # most numbers, then most sentences, then the least cost
@@ -178,7 +178,7 @@ def test_the_better_rig_meets_more_numbers_then_shows_more_sentences_then_assume
 
     assert order(("slips", 11, 15, 0.4), ("shears", 12, 9, 0.4)) == ["shears", "slips"]
     assert order(("shears", 12, 14, 0.4), ("slips", 12, 15, 0.4)) == ["slips", "shears"]
-    # the transition velocity in the middle of what slips searches is none of rubber
+    # the transition velocity in the middle of the range of slips is none of rubber
     assert order(("slips", 12, 15, 0.4), ("shears", 12, 15, 0.4)) == ["shears", "slips"]
     assert order(("grips", 12, 15, 0.009), ("shears", 12, 15, 0.4)) == ["shears", "grips"]
 

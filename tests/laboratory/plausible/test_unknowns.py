@@ -1,4 +1,4 @@
-"""Unknowns: from the unit cube to rigs and back, and what is refused."""
+"""Unknowns: from the unit cube to rigs and back, and refusals."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ STIFFNESS = Unknown(names=["bushing.stiffness"], scale="log")
 
 
 def test_a_point_becomes_a_rig_and_is_found_again():
-    """Geometric middle of a log range, arithmetic of a linear one; the ratio follows what it is a ratio to."""
+    """Geometric middle of a log range, arithmetic of a linear one; the ratio follows its denominator."""
     damping = Unknown(names=["bushing.damping"], of="bushing.stiffness", low=0.002, high=0.01)
     drag = Unknown(names=["idler.bearing_drag", "road_wheel.bearing_drag"])
     unknowns = Unknowns([STIFFNESS, damping, drag], RIG, RANGES)
@@ -30,7 +30,7 @@ def test_a_point_becomes_a_rig_and_is_found_again():
 
 
 @pytest.mark.parametrize(
-    ("entries", "said"),
+    ("entries", "message"),
     [
         ([{"names": ["bushing.stifness"], "low": 1, "high": 2}], "'bushing.stifness' is not a parameter of the rig"),
         ([{"names": ["nothing"], "low": 1, "high": 2}], "'nothing' is not a parameter of the rig"),
@@ -40,7 +40,7 @@ def test_a_point_becomes_a_rig_and_is_found_again():
         ([{"names": ["bushing.stiffness"]}, {"names": ["bushing.stiffness"]}], "occurs twice"),
     ],
 )
-def test_what_makes_no_unknown_is_refused_in_a_sentence(entries, said):
-    with pytest.raises(InputError, match=said) as refusal:
+def test_an_invalid_unknown_is_refused_in_a_sentence(entries, message):
+    with pytest.raises(InputError, match=message) as refusal:
         Unknowns([Unknown(**entry) for entry in entries], RIG, RANGES)
     assert "\n" not in str(refusal.value)
