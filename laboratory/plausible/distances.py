@@ -1,8 +1,8 @@
-"""Residuals of a rig: how far its row is from the printed numbers and from the sentences that a search asks for.
+"""Residuals of a rig: distances of its row from the printed numbers and from the sentences of a search.
 
 A residual of size 1 is at the bound of its claim (config/claims.yaml). Beyond it grows by the inverse hyperbolic sine,
 so that a number that is far off still pulls, and pulls no other one away. Not asked for are sentences 5,
-8, 16 and 20: both arcs at once, the left one alone at the end, growth of all forces with the speed, and a force of the
+8, 16 and 20: both arcs at once, only the left one at the end, growth of all forces with the speed, and a force of the
 left arc that no radius changes.
 """
 
@@ -16,7 +16,7 @@ from laboratory.plausible.settings import PlausibleConfig
 from trackdyn_replication.paper.measures import MAXIMUM
 
 MISSING = 10.0  # for a number that does not exist
-# without a ring and with it: what is printed (config/claims.yaml)
+# printed values without a ring and with it (config/claims.yaml)
 SHARES = {False: {"left": 45.1, "right": 44.4}, True: {"ring": 49.2, "left": 8.9}}
 TIMES = {False: {"right gone": 1.29, "out": 1.31}, True: {"left touches": 1.25, "ring left": 1.43, "out": 1.51}}
 MAXIMA = {False: {"left": 0.17, "right": 1.07}, True: {"ring": 0.22, "left": 1.42}}

@@ -22,7 +22,7 @@ HALVINGS = 8  # of the range of the tip's slope
 
 
 class DrawnRig(NamedTuple):
-    """A point of the sequence: values by name, and the rig or why there is none."""
+    """Point of the sequence: values by name, and the rig or the reason why there is none."""
 
     draw: int
     values: dict[str, float]
@@ -31,7 +31,7 @@ class DrawnRig(NamedTuple):
 
 
 def drawn_values(config: PlausibleConfig) -> Iterator[dict[str, float]]:
-    """Yield the values by unknown of every draw in the order of the sequence; fewer draws are the first of more."""
+    """Yield the values by unknown of every draw, in the order of the sequence: fewer draws are the first of more."""
     unknowns = config.drawn_unknowns()
     sequence = qmc.Sobol(len(unknowns.labels), scramble=True, seed=config.seed)
     points = sequence.random_base2(int(np.ceil(np.log2(config.draws))))
@@ -117,7 +117,7 @@ def neighbours(config: PlausibleConfig) -> list[Rig]:
     moved = (table["kind"] == "fitted") | table["name"].isin(drawn)
     values = table[moved & pd.to_numeric(table["value"], errors="coerce").notna()].set_index("name")["value"]
     values = values.astype(float)
-    # equal pitch moves by the rounding of what is printed of it, all others by a share of themselves
+    # equal pitch moves by the rounding of its printed value, all others by a share of themselves
     shares = np.where(values.index == EQUAL_PITCH, config.near.equal_pitch_m / values, config.near.share)
     rig = load_rig(config.near.rig)
     random = np.random.default_rng(config.seed)

@@ -1,7 +1,7 @@
 """Effect of the ring's tangential force on tracks that mesh as the paper prints; nothing else is changed.
 
-Every track is run with several laws of friction between links and ring and all its other values, by Eq. 10 with a
-transition velocity or by Dahl's law with a shear stiffness.
+Every track is run with several laws of friction between links and ring: Eq. 10 with a transition velocity, Dahl's law
+with a shear stiffness.
 """
 
 from trackdyn.sweeps.snakemake_job import run_job
@@ -35,17 +35,14 @@ def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
 
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
     """Yield laws of friction that differ in one value: the `SETTING` of each, and its changes of a rig."""
-    for value in friction.values:
-        yield _setting(friction, value)
-
-
-def _setting(friction: Friction, value: float) -> tuple[dict[str, Any], dict[str, float | str]]:
     law, static = friction.law, friction.friction
-    own = {"none": None, "regularised": "transition_velocity", "dahl": "shear_stiffness"}[law]
-    changes = {"friction_static": static, "friction_dynamic": static * friction.dynamic}
-    changes |= {"friction_law": "regularised" if law == "none" else law} | ({own: value} if own else {})
-    setting = {"law": law, "friction_static": static} | ({own: value} if own else {})
-    return setting, {f"ring_contact.{name}": changed for name, changed in changes.items()}
+    name = {"none": None, "regularised": "transition_velocity", "dahl": "shear_stiffness"}[law]
+    common = {"friction_static": static, "friction_dynamic": static * friction.dynamic}
+    common |= {"friction_law": "regularised" if law == "none" else law}
+    for value in friction.values:
+        own = {name: value} if name else {}
+        changes = {f"ring_contact.{field}": changed for field, changed in (common | own).items()}
+        yield {"law": law, "friction_static": static} | own, changes
 
 
 def run_laws(
@@ -102,10 +99,7 @@ def _least(radii: np.ndarray, chosen: np.ndarray) -> float:
 
 
 def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the whole study, run by run.
-
-    ``store`` has the rows that came, so that the same call goes on where one was ended; ``jobs`` processes compute.
-    """
+    """Run the whole study, run by run, with ``jobs`` processes; rows in ``store`` are not computed again."""
     runs = [(run, rpm) for run in config.grip.runs for rpm in run.speeds_rpm]
     table = pd.concat([run_laws(config, run, tracks, rpm, jobs, store) for run, rpm in runs], ignore_index=True)
     table["polygon_m"] = table["draw"].map({draw: rig.equal_pitch_radii["polygon"] for draw, rig in tracks.items()})

@@ -93,7 +93,7 @@ def rings(
     """Run the study; return a row per track, start and rule: ``draw, engaged, start``, readings of equal pitch (m;
     ``polygon_m``, ...), then `choices`.
 
-    ``store`` has the rows that came, so that the same call goes on where one was ended; ``jobs`` processes compute.
+    ``jobs`` processes compute; rows in ``store`` are not computed again.
     """
     table = []
     for run in config.rings.runs:

@@ -1,4 +1,4 @@
-"""A row: every scene of a rig that sentences of the paper are judged by, from one start or several."""
+"""A row: every scene of a rig by which sentences of the paper are judged, from one start or several."""
 
 from collections.abc import Mapping
 from typing import Any

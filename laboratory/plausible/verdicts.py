@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,11 +13,13 @@ from laboratory.plausible.settings import PlausibleConfig
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
-from trackdyn_replication.paper.claims import MET, Claim, judge, judge_all
+from trackdyn_replication.paper.claims import MET, judge, judge_all, load_claims, load_sentences
 from trackdyn_replication.paper.evidence import LEAST_RADII, Evidence
 from trackdyn_replication.paper.published import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from trackdyn_replication.paper.scorecard import RADIUS, sentence_verdicts
 
+# decided by kinematics and by the wheels, whose places no draw changes
+SET_BY_WHEELS = ("C07", "C08")
 JAMMED = "jammed"  # state of a row that ran and whose chain does not lie on the ring
 
 
@@ -44,68 +47,58 @@ def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, ri
     return Evidence(pd.DataFrame(metrics), table, rig, config.speed_rpm)
 
 
-def judge_rows(
-    config: PlausibleConfig,
-    drawn: Sequence[DrawnRig],
-    rows: Iterable[dict],
-    claims: list[Claim],
-    sentences: Mapping[int, str],
-) -> pd.DataFrame:
-    """Judge every drawn rig, a row each: ``draw, state, reason``, the drawn values, the readings of its equal-pitch
-    radius (``equal_pitch <reading>``, m), and its verdicts (`judge_rig`).
-    """
-    table = []
-    for track, row in zip(drawn, rows, strict=True):
-        outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
-        verdicts = judge_rig(config, row, track.rig, claims, sentences)
-        if row["state"] == DONE and not verdicts:
-            outcome = {"state": JAMMED, "reason": "the ring of the paper carries nothing"}
-        readings = track.rig.equal_pitch_radii if track.rig is not None else {}
-        equal = {f"equal_pitch {name}": radius for name, radius in readings.items()}
-        table.append({"draw": track.draw, **outcome, **track.values, **equal, **verdicts})
-    return pd.DataFrame(table)
+class Judge:
+    """Verdicts on rows by those claims of a file (``config/claims.yaml``) that a draw can decide."""
 
+    def __init__(self, config: PlausibleConfig, path: Path | str):
+        self.config, self.sentences = config, load_sentences(path)
+        claims = [claim for claim in load_claims(path) if claim.sentence or claim.numbers]
+        self.claims = [claim for claim in claims if claim.name not in SET_BY_WHEELS]
 
-def judge_rig(
-    config: PlausibleConfig, row: Mapping, rig: Rig | None, claims: list[Claim], sentences: Mapping[int, str]
-) -> dict[str, float]:
-    """Return whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim.
+    def tracks(self, drawn: Sequence[DrawnRig], rows: Iterable[dict]) -> pd.DataFrame:
+        """Return a row per drawn rig: ``draw, state, reason``, its values, and its verdicts (`rig`).
 
-    NaN where its starts differ. A row that is not done decides nothing, nor does one whose ring of the paper's radius
-    carries nothing: its chain jams between the teeth.
-    """
-    if rig is None or row["state"] != DONE:
-        return {}
-    starts = [_judged(config, values, rig, claims, sentences) for values in row["values"]["starts"]]
-    if not all(starts):
-        return {}
-    first = starts[0]
-    return {
-        name: value if all(_same(value, other[name]) for other in starts) else np.nan for name, value in first.items()
-    }
+        ``equal_pitch <reading>`` (m) are the readings of its equal-pitch radius.
+        """
+        table = []
+        for track, row in zip(drawn, rows, strict=True):
+            outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
+            verdicts = self.rig(row, track.rig)
+            if row["state"] == DONE and not verdicts:
+                outcome = {"state": JAMMED, "reason": "the ring of the paper carries nothing"}
+            readings = track.rig.equal_pitch_radii if track.rig is not None else {}
+            equal = {f"equal_pitch {name}": radius for name, radius in readings.items()}
+            table.append({"draw": track.draw, **outcome, **track.values, **equal, **verdicts})
+        return pd.DataFrame(table)
 
+    def rig(self, row: Mapping, rig: Rig | None) -> dict[str, float]:
+        """Return whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim.
 
-def _same(value: float, other: float) -> bool:
-    return value == other or (np.isnan(value) and np.isnan(other))
+        NaN where its starts differ. A row that is not done decides nothing, nor does one whose ring of the paper's
+        radius carries nothing: its chain jams between the teeth.
+        """
+        if rig is None or row["state"] != DONE:
+            return {}
+        starts = [self._start(values, rig) for values in row["values"]["starts"]]
+        if not all(starts):
+            return {}
+        first = starts[0].items()
+        return {name: value if all(value == other[name] for other in starts) else np.nan for name, value in first}
 
-
-def _judged(
-    config: PlausibleConfig, values: Values, rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
-) -> dict[str, float]:
-    """Judge one start; empty for a chain that jams."""
-    if is_jammed(config, values):
-        return {}
-    shown_by = evidence(config, scenes(config), values, rig)
-    card = judge_all(claims, shown_by)
-    whole = sentence_verdicts(card, sentences)
-    radii = [value.value for claim in claims if claim.name == RADIUS for value in judge(claim, shown_by).values]
-    judged = {"engaged": float(is_engaged(config, values, rig)), "radius": radii[0] if radii else np.nan}
-    for name, verdict in [
-        *zip(whole["number"].astype(str), whole["verdict"], strict=True),
-        *zip(card["id"] + card["part"], card["verdict"], strict=True),
-    ]:
-        judged[name] = float(verdict == MET)  # where no force acts a claim cannot be judged, and is not shown
-    return judged
+    def _start(self, values: Values, rig: Rig) -> dict[str, float]:
+        """Judge one start; empty for a chain that jams."""
+        if is_jammed(self.config, values):
+            return {}
+        shown_by = evidence(self.config, scenes(self.config), values, rig)
+        card = judge_all(self.claims, shown_by)
+        whole = sentence_verdicts(card, self.sentences)
+        radii = [
+            value.value for claim in self.claims if claim.name == RADIUS for value in judge(claim, shown_by).values
+        ]
+        judged = {"engaged": float(is_engaged(self.config, values, rig)), "radius": radii[0] if radii else np.nan}
+        names = [*whole["number"].astype(str), *(card["id"] + card["part"])]
+        # where no force acts a claim cannot be judged, and is not shown
+        return judged | dict(zip(names, [float(v == MET) for v in (*whole["verdict"], *card["verdict"])], strict=True))
 
 
 def is_jammed(config: PlausibleConfig, values: Values) -> bool:

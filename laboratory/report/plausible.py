@@ -14,7 +14,7 @@ from matplotlib.transforms import blended_transform_factory
 
 from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
-from laboratory.plausible.shares import CREEP
+from laboratory.plausible.study import CREEP
 from laboratory.plausible.verdicts import JAMMED
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
@@ -59,8 +59,8 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame, of_ring: pd.DataFrame) -> Figure:
     """Draw the share of tracks that show each sentence over equal pitch and creep slope of the ring, a map each.
 
-    Tables are `shares.shares` of the sentences, `shares.share_map`, `verdicts.judge_rows`, and
-    `mobilised.mobilised_table`, whose mobilised friction labels the creep slopes.
+    Tables are `study.shares` of the sentences, `study.share_map`, `verdicts.Judge.tracks`, and
+    `study.mobilised_table`, whose mobilised friction labels the creep slopes.
     """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
     names = list(dict.fromkeys(binned["name"]))

@@ -29,7 +29,7 @@ rule mobilised:
         kernels=KERNELS,
     output: f"{L}/plausible_mobilised.csv"
     log: f"{L}/logs/plausible_mobilised.log"
-    script: "../plausible/mobilised.py"
+    script: "../plausible/study.py"
 
 
 rule plausible_figure:

@@ -5,29 +5,27 @@ import pandas as pd
 import pytest
 
 from laboratory.plausible.draws import EQUAL_PITCH, SEAT, TIP, drawn_rigs, neighbours, scenes
-from laboratory.plausible.mobilised import mobilised_table
 from laboratory.plausible.rows import run_rig
 from laboratory.plausible.settings import load_plausible
-from laboratory.plausible.shares import (
+from laboratory.plausible.study import (
     CREEP,
     DEPENDS,
     ENGAGED,
     FOLLOWS,
     NEVER,
     NOT_JUDGED,
+    mobilised_table,
     separating_values,
     share_map,
     shares,
 )
-from laboratory.plausible.study import judged_claims
-from laboratory.plausible.verdicts import JAMMED, judge_rig, judge_rows
+from laboratory.plausible.verdicts import JAMMED, Judge
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.engine import DONE, REFUSED, without_values
 from trackdyn.sweeps.sweep_row import run_values
-from trackdyn_replication.paper.claims import load_sentences
 
 CONFIG = load_plausible("config/plausible.yaml")
 CLAIMS = "config/claims.yaml"
@@ -118,29 +116,29 @@ def test_no_value_of_the_ring_separates_a_sentence_without_one():
 
 def test_a_track_that_cannot_be_built_has_a_row_with_its_reason():
     first = next(drawn_rigs(CONFIG))._replace(rig=None, reason="no loop")
-    table = judge_rows(CONFIG, [first], [without_values("", "refused", "no loop")], judged_claims(CLAIMS), {})
+    table = Judge(CONFIG, CLAIMS).tracks([first], [without_values("", "refused", "no loop")])
     assert table["reason"].tolist() == ["no loop"] and "1" not in table
 
 
 def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
     """A sentence that only one start shows is not decided."""
     small = CONFIG.model_copy(update={"radii_m": {115.0: [0.303, 0.304, 0.305, 0.308, 0.313]}})
-    rig, claims, sentences = load_rig("parts"), judged_claims(CLAIMS), load_sentences(CLAIMS)
+    rig, judge = load_rig("parts"), Judge(small, CLAIMS)
     values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     assert len(values["starts"]) == len(small.row.starts) == 2
     one = {"state": DONE, "values": {"starts": values["starts"][:1]}}
-    single = judge_rig(small, one, rig, claims, sentences)
+    single = judge.rig(one, rig)
     for number in (7, 9, 10, 14):
-        parts = [single[claim.name] for claim in claims if claim.sentence == number]
+        parts = [single[claim.name] for claim in judge.claims if claim.sentence == number]
         assert single[str(number)] == min(parts)
     free = {name: scene | {"right_share_pct": 0.0} for name, scene in values["starts"][0].items()}
     caught = {name: scene | {"right_share_pct": 9.0} for name, scene in values["starts"][0].items()}
-    both = judge_rig(small, {"state": DONE, "values": {"starts": [free, caught]}}, rig, claims, sentences)
+    both = judge.rig({"state": DONE, "values": {"starts": [free, caught]}}, rig)
     assert np.isnan(both["19"]) and both["10"] == single["10"]
     jammed = {name: scene | {"ring_share_pct": 0.0} for name, scene in free.items()}
     row = {"state": DONE, "reason": "", "values": {"starts": [jammed]}}
     track = next(drawn_rigs(CONFIG))._replace(rig=rig)
-    table = judge_rows(small, [track], [row], claims, sentences)
+    table = judge.tracks([track], [row])
     assert table["state"].tolist() == [JAMMED] and "19" not in table
 
 
@@ -165,20 +163,8 @@ def test_passages_of_all_connectors_agree_with_a_long_run(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
     row = CONFIG.with_one_start.row.model_dump() | {"steps_s": [1e-4], "passages": 8}
     values = run_rig(rig.model_dump(), [[115, 0.308, True]], {}, row)["starts"][0]["115 0.308"]
-    known = run_values(
-        simulate(
-            Scene(
-                rig,
-                115,
-                0.308,
-                step=1e-4,
-                ramp=0.3,
-                lead_in=5.0,
-                duration=6.4,
-                pitches=list(range(1, rig.chain.pitches + 1)),
-            )
-        )
-    )
+    times = {"step": 1e-4, "ramp": 0.3, "lead_in": 5.0, "duration": 6.4}
+    known = run_values(simulate(Scene(rig, 115, 0.308, **times, pitches=list(range(1, rig.chain.pitches + 1)))))
     for side in ("left", "right", "ring"):
         assert values[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
         assert values[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
