@@ -118,7 +118,7 @@ def refused(call, *arguments, words=(), start="", error=InputError, **keywords):
 def recorded(scene, **options):
     """Record of a scene by its loop: no piece of it is run again with a finer step."""
     loop = Loop(scene)
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     return loop.record(scene.duration, **options)
 
 

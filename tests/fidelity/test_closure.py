@@ -23,7 +23,7 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
         loop = Loop(scene)
         # the tensioner is locked a little before the loop has come to rest
         assert loop.gap * stiffness == pytest.approx(loop.layout.tension_n, rel=0.1)
-        loop.advance(scene.ramp + scene.lead_in)
+        loop.lead_in()
         recording = loop.record(scene.duration)
         # the tension of running, at most three times that of rest
         assert 1.0 < recording.gap.max() * stiffness / rig.tension.pre_tension < 3.0

@@ -55,7 +55,7 @@ def test_the_wheels_carry_the_chain(name, settled):
 @pytest.mark.parametrize("name", shipped_rigs())
 def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     loop = settled(name)
-    loop.advance(loop.scene.ramp + loop.scene.lead_in)
+    loop.lead_in()
     recording = loop.record(loop.scene.duration, frame_interval=0.01)
     share, exchanged = open_share(recording.energy, loop.model, loop.scene.duration)
     assert recording.gap.max() < GAP

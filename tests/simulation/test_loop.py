@@ -160,7 +160,7 @@ def test_simulate_is_a_loop_that_waits_and_records(make_scene):
     scene = make_scene(150.0, frame_interval=0.1)
     expected = simulate(scene)
     loop = Loop(scene)
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     recording = loop.record(scene.duration, frame_interval=0.1)
     assert_same_arrays(recording, expected)
     # a run shorter than a turn of the loop is tried with a finer step, a piece of a run is not

@@ -100,13 +100,15 @@ def ring(
     chosen, grips = judge.radius(study), None
     if chosen == chosen:
         grips = other_grips(loaded, study, chosen, jobs, out / "rows", not quiet, steps)
-    sentences, held = advice(study, judge, durations, grips), held_for(study, judge, loaded)
+    sentences, validity = advice(study, judge, durations, grips), held_for(study, judge, loaded)
     rows = _comparison_rows(compared(study, judge, durations))
-    about = {"title": Path(rig).stem, "held": held, "advice": sentences, "notes": notes, "compared": rows}
+    about = {"title": Path(rig).stem, "validity": validity, "advice": sentences, "notes": notes, "compared": rows}
     with noting(inputs, *outputs):
         _write_study(out, study, loaded, judge, rig_name=rig, **about)
     if not quiet:
-        typer.echo("\n".join([held, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
+        typer.echo(
+            "\n".join([validity, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"])
+        )
 
 
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **content) -> None:

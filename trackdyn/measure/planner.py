@@ -338,11 +338,10 @@ def _implicit(trial: Trial) -> bool:
 
 def _at_speed(at_rest: Loop, choices: list[Trial]) -> Loop:
     """Return the loop at constant speed, by the cheapest setting that reaches it."""
-    scene = at_rest.scene
 
     def run(trial: Trial) -> Loop:
         loop = at_rest.changed(**trial.fields)
-        loop.advance(scene.ramp + scene.lead_in)
+        loop.lead_in()
         return loop
 
     try:

@@ -80,7 +80,7 @@ def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None)
     loop = Loop(scene, starts)
     turns = 2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth
     first = turns * scene.periods.turn
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     return record_until(Recorder(loop, scene.with_(contact_log=True), capacity=first), first, judge)
 
 

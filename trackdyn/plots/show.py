@@ -86,10 +86,10 @@ def show(
         title = Path(recording).stem if title is None else title
         recording = load_recording(recording)
     stretch = None if recording.scene.chain == "belt" else replay(recording, seconds, progress)
-    shown = Shown(_page(recording, stretch, title or "a run"), stretch)
+    page = Shown(_page(recording, stretch, title or "a run"), stretch)
     if path is not None:
-        shown.save(path)
-    return shown
+        page.save(path)
+    return page
 
 
 def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
@@ -128,7 +128,7 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         seconds=recording.seconds,
         decisions=decisions,
         remarks=[*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)],
-        asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
+        stated=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
         present=source_hash(),
         plotly=packed(get_plotlyjs()),
     )

@@ -104,6 +104,10 @@ class Loop:
                 tick(count * self.arrays.model.step)
                 remaining -= count
 
+    def lead_in(self, tick: Callable[[float], object] = lambda seconds: None) -> None:
+        """Integrate the ramp and the lead-in of the scene; ``tick`` as of `advance`."""
+        self.advance(self.scene.ramp + self.scene.lead_in, tick)
+
     def record(
         self,
         seconds: float,

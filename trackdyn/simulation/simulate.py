@@ -38,9 +38,8 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
         return belt_recording(scene)
     from tqdm import tqdm
 
-    lead = scene.ramp + scene.lead_in
     bar = tqdm(
-        total=lead + scene.duration + 1e-6,  # sums of parts may round beyond it
+        total=scene.ramp + scene.lead_in + scene.duration + 1e-6,  # sums of parts may round beyond it
         disable=not progress,
         unit="s",
         desc=f"{scene.motor_rpm:g} rpm",
@@ -51,7 +50,7 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
         origin = loop.copy()
         loop.copy().advance(1.0 / scene.rig.rate)  # settling and compilation are over
         bar.unpause()
-        loop.advance(lead, bar.update)
+        loop.lead_in(bar.update)
         recorder = Recorder(loop, origin=origin)
         while not recorder.finished:
             bar.update(recorder.chunk())

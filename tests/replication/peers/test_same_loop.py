@@ -38,7 +38,7 @@ def test_a_law_that_the_other_code_has_not_is_refused(rig, other):
 def link_centres(scene):
     """Mass centres of all links at every sample of a record of this simulator, (s, 35, 2), m."""
     loop, centres = Loop(scene), []
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     for _ in range(round(scene.duration * scene.rig.rate)):
         loop.advance(1 / scene.rig.rate)
         centres.append(loop.mass_centres[::2])

@@ -22,7 +22,7 @@ def timed_run(scene: Scene) -> TimedRun:
     begin = process_time()
     loop = Loop(scene)
     wall, cpu = perf_counter(), process_time()
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     options = {name: getattr(scene, name) for name in ("frame_interval", "contact_log", "every_link")}
     recording = loop.record(scene.duration, **options)
     seconds = scene.ramp + scene.lead_in + scene.duration

@@ -35,7 +35,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
     loop, rate = Loop(scene), rig.rate
-    loop.advance(scene.ramp + scene.lead_in)
+    loop.lead_in()
     chunk = round(turns / scene.periods.loop_hz * rate) / rate
     piece = scene.with_(duration=chunk)
     rows = []
