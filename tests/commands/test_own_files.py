@@ -27,16 +27,8 @@ def folder(tmp_path, monkeypatch):
     for name in ("a.yaml", "b.yaml"):
         Path(name).write_text(f"{rig}# {name}\n", encoding="utf-8")
     Path("d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
-    done = pd.DataFrame(
-        {
-            "rpm": [115.0],
-            "load_n": [0.0],
-            "ring_radius_m": [0.302],
-            "state": ["done"],
-            "reason": [""],
-            "motor_power_w": [300.0],
-        }
-    )
+    row = {"rpm": 115.0, "load_n": 0.0, "ring_radius_m": 0.302, "state": "done", "reason": "", "motor_power_w": 300.0}
+    done = pd.DataFrame([row])
 
     def write_study(out, *_, rig_name, **__):
         for name in FILES:

@@ -45,9 +45,21 @@ class _Completed(_Command):
         return super().get_params(ctx)
 
 
+class _Commands(typer.core.TyperGroup):
+    """Commands of the simulator, then those of packages that build on it, which are for developers."""
+
+    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:
+        own = {command.__name__ for command in COMMANDS}
+        for title, names in (("Commands", own), ("Commands for developers", self.commands.keys() - own)):
+            rows = [(name, each.get_short_help_str(100)) for name, each in self.commands.items() if name in names]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
 # rich would triple the time to load the help
 app = typer.Typer(
-    rich_markup_mode=None, pretty_exceptions_enable=False,
+    cls=_Commands, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )  # fmt: skip
 
