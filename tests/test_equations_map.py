@@ -14,7 +14,7 @@ from tests.kinematics import pins, without_extrapolation
 from trackdyn.contact.laws import elastic_force, find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.model.constants import SPROCKET
-from trackdyn.simulation.readings import specific_force
+from trackdyn.simulation.signals import specific_force
 
 TABLE = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
 STATUS = ("printed", "reconstructed", "corrected", "replaced")

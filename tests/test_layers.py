@@ -1,4 +1,4 @@
-"""Who may import whom: the simulator below the replication and the laboratory, in each rooms from the ground up;
+"""Who may import whom: the simulator below the replication and the laboratory, in each, rooms from the ground up;
 libraries in their corners; no circle.
 """
 

@@ -1,4 +1,4 @@
-"""Whole runs: the loop stays closed, work is accounted for, runs repeat, bad runs leave nothing."""
+"""Whole runs: the loop stays closed, the energy balance closes, runs repeat, bad runs leave nothing."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ GAP = 1.1e-10
     ("ring", "step", "chain"), [(None, 1e-4, "double_pin"), (0.313, 5e-5, "double_pin"), (0.308, 1e-4, "single_pin")]
 )
 def test_the_loop_stays_closed_at_every_instant(make_scene, ring, step, chain):
-    """By the loop's own account, and by the sum of the bodies of a recorded configuration."""
+    """By the gap of the loop, and by the sum of the bodies of a recorded configuration."""
     scene = make_scene(210.0, ring_radius=ring, step=step, chain=chain)
     # `simulate` refuses half a second without ring at this step: RMS is 3 % off
     recording = recorded(scene, frame_interval=0.05)
@@ -45,8 +45,8 @@ def test_open_work_halves_with_the_step(make_scene, ring):
     for step in (1e-4, 5e-5):
         recording = recorded(make_scene(210.0, ring_radius=ring, duration=3.0, step=step))
         change = np.diff(recording.energy[[0, -1]], axis=0)[0]
-        taken = dict(zip(ENERGY_NAMES, change, strict=True))
-        assert min(taken[name] for name in ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")) > 0
+        work = dict(zip(ENERGY_NAMES, change, strict=True))
+        assert min(work[name] for name in ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")) > 0
         assert abs(energy_residual(recording)) < 1e-3
         open_work.append(change[0] - change[1:].sum())
     # the next order: the step, 1e-4 s, times the rate at which teeth mesh, 8 1/s, is 8e-4

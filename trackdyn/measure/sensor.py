@@ -9,8 +9,8 @@ import numpy as np
 
 from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
-from trackdyn.simulation.readings import sensor_signal
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.signals import sensor_signal
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,6 +14,7 @@ from trackdyn.simulation.brake import check_load
 from trackdyn.simulation.energy_balance import check_energy_balance, passed_pitches
 from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.signals import mean_square
 from trackdyn.simulation.step_check import (
     DOUBTFUL_STEP_DIVISOR,
     LONGEST_LEAD,
@@ -24,7 +25,6 @@ from trackdyn.simulation.step_check import (
     RunStatistics,
     StepCheck,
     explicit_fields,
-    mean_square,
     run_statistics,
 )
 

@@ -22,8 +22,8 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.readings import sensor_signal
 from trackdyn.simulation.settling import Layout
+from trackdyn.simulation.signals import sensor_signal
 from trackdyn.simulation.step_check import Resolution
 from trackdyn.version import __version__
 

@@ -18,7 +18,7 @@ from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import SIDES, Record
 from trackdyn.model.constants import Model
-from trackdyn.simulation.readings import specific_force
+from trackdyn.simulation.signals import mean_square
 
 # Largest relative difference of RMS and mean peak from a run with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
@@ -140,11 +140,6 @@ def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> t
     # of the rows of an entry the last one stays, which is the largest
     largest[entry], isolated[entry] = rows["peak_n"][order], (rows["peak_n"] * single)[order]
     return largest, isolated
-
-
-def mean_square(motion: np.ndarray, gravity: float) -> float:
-    """Return the mean square of the sensor's y acceleration (Eq. 40), m2/s4; ``motion`` as in ``Recording.mean``."""
-    return float((specific_force(motion[..., :2], motion[..., 2], gravity)[..., 1] ** 2).mean())
 
 
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:

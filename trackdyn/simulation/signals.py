@@ -22,3 +22,8 @@ def sensor_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.nda
     ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
     """
     return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
+
+
+def mean_square(motion: np.ndarray, gravity: float) -> float:
+    """Return the mean square of the sensor's y acceleration (Eq. 40), m2/s4; ``motion`` as in ``Recording.mean``."""
+    return float((specific_force(motion[..., :2], motion[..., 2], gravity)[..., 1] ** 2).mean())
