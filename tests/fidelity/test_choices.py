@@ -30,12 +30,7 @@ def refusal(rig):
     [
         # no motion along the axes
         ({}, {"friction": "independent"}, "friction = 'independent'", "use 'tangential', or space='spatial'"),
-        (
-            TOE,
-            {"space": "planar"},
-            "space = 'planar'",
-            "idler.toe = 0.5 moves the chain out of its plane",
-        ),
+        (TOE, {"space": "planar"}, "space = 'planar'", "idler.toe = 0.5 moves the chain out of its plane"),
         # motion in space
         (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),

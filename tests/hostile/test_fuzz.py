@@ -153,11 +153,7 @@ def test_configurations(data):
 
 @pytest.mark.parametrize(
     ("name", "readers"),
-    [
-        ("rig.yaml", (load_rig, read_layer)),
-        ("sensor.csv", (read_sensor,)),
-        ("belt.npz", (load_recording,)),
-    ],
+    [("rig.yaml", (load_rig, read_layer)), ("sensor.csv", (read_sensor,)), ("belt.npz", (load_recording,))],
 )
 @FUZZ
 @given(damage=st.data())
@@ -194,10 +190,7 @@ WORDS = (
     "-q", "--quiet", "--rig", "trackdyn/rigs/paper.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
     "--out", ".", "--measure", "rms",
 )  # fmt: skip
-words = st.one_of(
-    st.sampled_from(WORDS),
-    st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
-)
+words = st.one_of(st.sampled_from(WORDS), st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6))
 
 
 @FUZZ

@@ -176,11 +176,7 @@ SETTINGS = [
     ("results", "x" * 300, "the name of a folder"),
     ("results", 5, "valid string"),
     ("records.duration_s", -90, "records.duration_s = -90", "greater than 0"),
-    (
-        "ring_study.steps_s",
-        [[0.309, 5e-5], [0.305, 1e-4]],
-        "0.305 comes after 0.309; give rising",
-    ),
+    ("ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]], "0.305 comes after 0.309; give rising"),
     ("records.speeds_rpm", [], "records.speeds_rpm", "at least 1 item"),
     ("records", [1, 2], "records = [1, 2]", "a mapping of names to values"),
     ("records.lead_in_s", True, "records.lead_in_s = True"),

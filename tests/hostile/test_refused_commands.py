@@ -42,10 +42,7 @@ COMMANDS = [
     ("show .", ".: is a folder"),
     ("show short.npz --out run.pdf", "the name must end in .html"),
     ("export short.npz run.txt", "OUT = 'run.txt': the name must end in .csv or .mat"),
-    (
-        "export short.npz run.csv --pitch 1",
-        "pitch = 1: was not recorded; the recording has none; a belt has no",
-    ),
+    ("export short.npz run.csv --pitch 1", "pitch = 1: was not recorded; the recording has none; a belt has no"),
     ("export short.npz run.csv --pitch 99", "pitch = 99: is not a pitch of this chain; 1 to 35 are"),
     ("export short.npz run.csv --sensor rear", "sensor = 'rear': the recording has 'sensor'"),
     ("export short.npz run.csv --contacts", "contacts: the recording has no log of them"),
@@ -64,9 +61,7 @@ COMMANDS = [
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
 ]
 # files that a command reads
-WRITTEN = {
-    "arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n",
-}
+WRITTEN = {"arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n"}
 
 
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])

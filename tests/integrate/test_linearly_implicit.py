@@ -5,12 +5,7 @@ import pytest
 
 from tests import reference
 from tests.conftest import recorded
-from tests.kinematics import (
-    ContactList,
-    irregular_chain,
-    mass_centre_arms,
-    without_extrapolation,
-)
+from tests.kinematics import ContactList, irregular_chain, mass_centre_arms, without_extrapolation
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
 from trackdyn.chain.riccati import accelerate

@@ -111,10 +111,7 @@ def closed_walk(lengths, turn: float) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("teeth", "link", "polygon", "thickness", "expected"),
-    [
-        (13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)),
-        (10, 0.0984, 0.208796, 0.05, None),
-    ],
+    [(13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)), (10, 0.0984, 0.208796, 0.05, None)],
 )
 def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon, thickness, expected):
     """Sides of two lengths that turn by pi / teeth at every pin close after a turn of the sprocket."""

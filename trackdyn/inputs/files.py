@@ -77,10 +77,7 @@ def remove_abandoned(folder: Path | str) -> None:
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Yield a temporary name that replaces ``path`` at the end; on failure ``path`` is unchanged (`InputError`).
-
-    If ``path`` is a link its target is written. A file that is replaced keeps its mode.
-    """
+    """Yield a temporary name that replaces ``path``, or its target; on failure it is unchanged (`InputError`)."""
     temporary = None
     try:
         target, mode = _target(path)
@@ -96,8 +93,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
             note(temporary, target)
         os.replace(temporary, target)
     except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"{path}: cannot be written ({reason}); free disk space or choose another folder") from None
+        remedy = "free disk space or choose another folder"
+        raise InputError(f"{path}: cannot be written ({error.strerror or error}); {remedy}") from None
     finally:
         if temporary is not None:
             with suppress(OSError):  # there may be no file to remove
@@ -157,8 +154,7 @@ def check_writable(path: Path | str, size: float = 0.0) -> None:
         TemporaryFile(dir=existing).close()
         free = disk_usage(existing).free
     except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"{path}: cannot be written ({reason}); choose another folder") from None
+        raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
     if free < size:
         raise InputError(
             f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free disk space or "
@@ -170,10 +166,9 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
-    """Return the contents of a plain file of at most ``limit`` bytes, whatever size the file system states.
+    """Return the contents of a plain file of at most ``limit`` bytes; ``label`` names its type in messages.
 
-    ``label`` is the file type in error messages, such as "YAML file". Raises `InputError`: the file is missing,
-    a folder or a device, larger, or cannot be read.
+    Raises `InputError`: the file is missing, a folder or a device, larger, or cannot be read.
     """
     path = plain_file(path, label)
     try:
@@ -182,9 +177,8 @@ def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give a {label} that you may read") from None
     if len(data) > limit:
-        raise InputError(
-            f"{path}: is larger than {limit / 1e6:g} MB, the most that a {label} may have; give a shorter one"
-        )
+        largest = f"{limit / 1e6:g} MB, the most that a {label} may have"
+        raise InputError(f"{path}: is larger than {largest}; give a shorter one")
     return data
 
 
@@ -195,10 +189,8 @@ def read_text(path: Path | str, label: str, limit: int) -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"{path}: cannot be read as UTF-8 text, byte 0x{data[error.start]:02x} in line {line} is "
-            "none; save it as UTF-8"
-        ) from None
+        byte = f"byte 0x{data[error.start]:02x} in line {line}"
+        raise InputError(f"{path}: cannot be read as UTF-8 text, {byte} is none; save it as UTF-8") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -225,10 +217,8 @@ def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", com
 def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Return the description (``meta``, JSON) and the arrays of an npz file; nothing is unpickled.
 
-    Without ``arrays`` they are not read, and the checksum of `write_npz` is not compared. The arrays may take
-    ``limit`` bytes in memory, the description `LARGEST_META`.
-    Raises `InputError`: the file is missing, larger, or holds anything but a description and arrays of numbers and
-    text, or others than were written.
+    The arrays, which are not read without ``arrays``, may take ``limit`` bytes, the description `LARGEST_META`. Raises
+    `InputError`: the file is missing, larger, damaged, or holds anything but a description and arrays.
     """
     import numpy as np  # not needed by commands that read text only
 

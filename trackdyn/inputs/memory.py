@@ -15,10 +15,7 @@ def free_memory() -> float:
 
 
 def _free_in_control_groups(groups: Path = CONTROL_GROUPS, membership: Path = MEMBERSHIP) -> Iterator[float]:
-    """Yield the free memory of each control group of this process with a limit, as of a container or a batch job.
-
-    Cached files that the kernel would give up count as free.
-    """
+    """Yield the free memory, file cache included, of each control group of this process that has a limit."""
     with suppress(OSError, ValueError):
         for line in membership.read_text(encoding="utf-8").splitlines():
             _, controllers, place = line.split(":", 2)

@@ -6,8 +6,6 @@ from html import escape
 
 def html_table(title: str, rows: Mapping[str, str]) -> str:
     """Return a table of two columns, names and words, as HTML."""
-    cells = (
-        f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(text)}</td></tr>'
-        for name, text in rows.items()
-    )
-    return f"<table><caption>{escape(title)}</caption><tbody>{''.join(cells)}</tbody></table>"
+    row = '<tr><th style="text-align:left">{}</th><td>{}</td></tr>'.format
+    cells = "".join(row(escape(name), escape(text)) for name, text in rows.items())
+    return f"<table><caption>{escape(title)}</caption><tbody>{cells}</tbody></table>"

@@ -1,8 +1,8 @@
 """Parameters of a rig: a value in its unit, with its kind and its source.
 
-Each entry of a file is ``{value, unit, kind, source}``. The unit must be the one named here: units are never
-converted silently. The kind is the origin of the number: ``printed`` in the paper (or another publication that the
-source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` (the source states to which result).
+Each entry of a file is ``{value, unit, kind, source}``, in the unit that is named here: none is converted. The kind is
+the origin of the number: ``printed`` in the paper (or another publication that the source names), ``derived`` from
+printed numbers, ``assumed``, or ``fitted`` (the source states to which result).
 """
 
 import re

@@ -31,7 +31,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSe
 
 from trackdyn.inputs.errors import InputError, naming, shown
 
-FROM_THE_RIG = "of the rig"  # default of what is worked out from the rig beside it
+FROM_THE_RIG = "of the rig"  # default of a field that is computed from the rig
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -59,7 +59,7 @@ class _Sentences(ModelMetaclass):
             raise error
 
     def __dir__(cls) -> list[str]:
-        """Return the names that are of use here, for completion and ``help``: not pydantic's own."""
+        """Return the names for completion and ``help``, without pydantic's own."""
         return [name for name in super().__dir__() if not _of_pydantic(name)]
 
 
@@ -70,12 +70,12 @@ def _of_pydantic(name: str) -> bool:
 _INHERITED = frozenset(vars(BaseModel)) | {"__annotations__", "__private_attributes__", "__signature__"}
 
 
-def _refuse_change(owner: Any, name: str) -> NoReturn:
-    """Raise `InputError` that names the method which returns a changed copy."""
-    remedy = {"Rig": "rig.changed(...)", "Scene": "scene.with_(...)"}.get(
-        type(owner).__name__, "model_copy(update=...)"
-    )
-    raise InputError(f"{type(owner).__name__.lower()}: {name} cannot be changed; {remedy} returns another one")
+def _refuse_change(owner: Any, name: str) -> None:
+    """Raise `InputError` that names the method which returns a changed copy, if ``name`` is a field."""
+    if name in type(owner).model_fields:
+        kind = type(owner).__name__
+        remedy = {"Rig": "rig.changed(...)", "Scene": "scene.with_(...)"}.get(kind, "model_copy(update=...)")
+        raise InputError(f"{kind.lower()}: {name} cannot be changed; {remedy} returns another one")
 
 
 class FrozenDict(dict):
@@ -96,10 +96,7 @@ class FrozenDict(dict):
 
 
 class Section(BaseModel, metaclass=_Sentences):
-    """Immutable group of settings that rejects unknown keys.
-
-    Numbers, truth values and text are not converted into each other.
-    """
+    """Immutable group of settings without unknown keys; numbers, truth values and text are not converted."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -115,26 +112,21 @@ class Section(BaseModel, metaclass=_Sentences):
         for name, info in cls.model_fields.items():
             default = Parameter.empty if info.is_required() else info.default
             if info.default_factory is not None:
-                default = (
-                    FROM_THE_RIG
-                    if info.default_factory_takes_validated_data
-                    else info.get_default(call_default_factory=True)
-                )
+                of_rig = info.default_factory_takes_validated_data
+                default = FROM_THE_RIG if of_rig else info.get_default(call_default_factory=True)
             first.setdefault(name, Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=types[name]))
         cls.__signature__ = Signature([*first.values()])
 
     def __dir__(self) -> list[str]:
-        """Return the names that are of use here, for completion: not pydantic's own."""
+        """Return the names for completion, without pydantic's own."""
         return [name for name in super().__dir__() if not _of_pydantic(name)]
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in type(self).model_fields:
-            _refuse_change(self, name)
+        _refuse_change(self, name)
         super().__setattr__(name, value)
 
     def __delattr__(self, name: str) -> None:
-        if name in type(self).model_fields:
-            _refuse_change(self, name)
+        _refuse_change(self, name)
         super().__delattr__(name)
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
@@ -181,7 +173,7 @@ class OneOf:
 def validated(
     schema: type[SectionType], data: Any, name: str, missing: str = "add it", context: Any = None
 ) -> SectionType:
-    """Return ``data`` as an object of ``schema`` (``context``: for its validators); or `InputError`."""
+    """Return ``data`` as an object of ``schema``, with a ``context`` for its validators; or `InputError`."""
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     with naming(name):
@@ -192,10 +184,7 @@ def validated(
 
 
 def plain_number(value: Any) -> Any:
-    """Return a number of any library as a Python float; raise `ValueError` for anything else.
-
-    Accepts integers, fractions, NumPy scalars and arrays without dimensions.
-    """
+    """Return a real number, NumPy scalar or array without dimensions as a float; else raise `ValueError`."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     try:
@@ -235,10 +224,7 @@ def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
-    """Return pydantic's ``error`` as one sentence with the file ``name``, field, value and accepted values.
-
-    ``missing`` is the remedy for a missing field.
-    """
+    """Return pydantic's ``error`` as a sentence with file, field, value; ``missing`` is the remedy for no field."""
     keys = (str(key) for key in error["loc"])
     location = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in keys) or "the file"
     if error["type"] == "extra_forbidden":
@@ -253,9 +239,8 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
     problem = error["msg"][0].lower() + error["msg"][1:]
     if error["type"] in ("model_type", "dict_type"):
         problem = "must be a mapping of names to values"
-        problem += (
-            f", or in Python an instance of {error['ctx']['class_name']}" if error["type"] == "model_type" else ""
-        )
+        if error["type"] == "model_type":
+            problem += f", or in Python an instance of {error['ctx']['class_name']}"
     return f"{name}: {location} = {shown(value)}: {problem}"
 
 
@@ -283,8 +268,7 @@ Typed = TypeVar("Typed", bound=Callable[..., Any])
 def typed(target: Typed) -> Typed:
     """Check the types of arguments of a function, or of the public methods of a class (`InputError`).
 
-    Classes, numbers, truth values, sequences, mappings, callables and unions of these are checked; items of containers
-    and other annotations are not.
+    Classes, numbers, truth values, sequences, mappings, callables and unions of these are checked; items are not.
     """
     if isinstance(target, type):
         for name, member in list(vars(target).items()):

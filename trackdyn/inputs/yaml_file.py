@@ -47,8 +47,7 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # the bases depend on the in
         return node
 
     def compose_mapping_node(self, anchor):
-        node = super().compose_mapping_node(anchor)
-        keys = set()
+        node, keys = super().compose_mapping_node(anchor), set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.value in keys:
                 self._refuse(key, f"gives {shown(key.value)} a second time; keep one of them")

@@ -1,7 +1,7 @@
 """Tooth grooves from any list of tangent arcs.
 
-Arcs are those of the left flank from the tip to the bottom, in the groove frame (`rig.groove`); the right flank
-mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
+Arcs are those of the left flank from the tip to the bottom, in the groove frame (`rig.groove`); a sign is +1 for a
+convex arc and -1 for a concave one.
 """
 
 from decimal import Decimal
@@ -39,17 +39,12 @@ class ToothProfile(Section):
         return abs(y + sign * radius)
 
     def groove(self, teeth: int, arc_radius: float = 0.0) -> Groove:
-        """Return the groove of the arcs, for connectors with arcs of ``arc_radius`` (m).
-
-        Raises `InputError`: the arcs make no groove, or one that these connectors do not fit into.
-        """
+        """Return the groove of the arcs; `InputError` if they make none for connectors of ``arc_radius`` (m)."""
         groove = groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth)
         narrow = groove.radius[~groove.convex].min(initial=np.inf)
         if narrow <= arc_radius:
-            raise InputError(
-                f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius "
-                f"= {arc_radius:g} m"
-            )
+            remedy = f"it must be wider than chain.connector_radius = {arc_radius:g} m"
+            raise InputError(f"profile gives a concave area of radius {narrow:.6g} m; {remedy}")
         return groove
 
 
@@ -77,9 +72,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
         ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
     ):
         if miss > TANGENT:
-            raise InputError(
-                f"profile.arcs: {name} but {1e3 * miss:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
-            )
+            allowed = f"at most {1e3 * TANGENT:g} mm is allowed"
+            raise InputError(f"profile.arcs: {name} but {1e3 * miss:.3g} mm off; {allowed}")
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
     rise = sign * np.diff(ends)
     if (rise <= 0).any():
@@ -107,8 +101,7 @@ def rounding(arcs: np.ndarray) -> float:
 def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
     """Return arcs (k, 4) of a flank made tangent, if they miss each other by no more than their last decimal.
 
-    Kept are all radii but the tip's, the directions in which the centres lie from each other, and the height of the
-    last one. Arcs that are tangent, and those that miss by more, are returned as they are.
+    All radii but the tip's, the directions between centres and the height of the last one are unchanged.
     """
     half, (between, reach, misses) = pi / teeth, _joints(arcs)
     worst = np.abs([*misses, arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]]).max()
@@ -119,7 +112,7 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Return arcs (k, 4) of a flank; a single concave arc gets a tip that is tangent to it, centred on the tooth line.
+    """Return arcs (k, 4) of a flank; a single one gets a tangent tip, centred on the tooth line.
 
     Raises `InputError`: the only arc is not a concave one in the middle of the groove.
     """

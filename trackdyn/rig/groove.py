@@ -17,10 +17,9 @@ CONVEX = (1, 4, 7, 10)
 
 
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
-    """Return the pin-to-pin length of the connector that fits ``teeth`` pitches on a pin circle.
+    """Solve ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for the length b of the connector, m.
 
-    Solves ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for ``b``; lengths in m. Raises `InputError`: the link
-    leaves no room for it.
+    Raises `InputError`: the link leaves no room for it on the pin circle.
     """
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
         raise InputError(
@@ -79,8 +78,8 @@ class Groove:
 def groove_of_flank(teeth: int, arcs: np.ndarray, ends: np.ndarray) -> Groove:
     """Return the groove of a left flank and its mirror image.
 
-    The flank is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
-    (k + 1,) at which they begin and the last one ends, rad.
+    ``arcs`` (k, 4), tip first, are centre x, y, radius (m) and 1 for convex, -1 for concave; ``ends`` (k + 1,) the
+    slopes at which they begin and the last one ends, rad.
     """
     middle, sign = (ends[:-1] + ends[1:]) / 2, arcs[:, 3]
     vectors = arcs[:, :2], sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
@@ -100,9 +99,8 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
     """Return arcs (k, 4) of a flank from radii and slopes of its joints.
 
     ``radii`` (k - 1,) are all but the tip's, m; ``slopes`` (k - 1,) are in rad; ``bottom`` is the y of the last
-    centre, m. The construction starts at the middle of the groove. The surface point of an arc is ``O + s r nu`` with
-    its sign ``s``, 1 for convex and -1 for concave; a common tangent at slope ``alpha`` puts the centres of neighbours
-    on one line along ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
+    centre, m. From the middle of the groove on, a common tangent at slope ``alpha`` puts the centres of neighbours on
+    one line along ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
     """
     k = len(signs)
     arcs = np.zeros((k, 4))
@@ -121,12 +119,12 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
 def build_groove(
     design: GrooveParameters, teeth: int, connector_length: float, connector_radius: float, pin_circle: float
 ) -> Groove:
-    """Ten arcs with a common tangent at every joint; lengths in m.
+    """Build ten arcs with a common tangent at every joint; lengths in m.
 
-    Slopes of the design are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. The height
-    follows from the seat: an arc resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a
-    connector on the pin circle. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a
-    concave area is narrower than the connector's arc, or the tip closes up.
+    Slopes of the design are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. An arc
+    resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a connector on the pin circle.
+    Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is narrower than the
+    connector's arc, or the tip closes up.
     """
 
     def refuse(field, remedy):
@@ -160,16 +158,15 @@ EDGE = 1e-9  # radius of an edge, m
 
 
 def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
-    """Left, seating and right surface instead of ten arcs: a coarser tooth of the kind in Ref. [2].
+    """Return left, seating and right surface instead of ten arcs, a coarser tooth of the kind in Ref. [2].
 
     Each flank is one concave arc through the tip-side end and the middle of area 2 and the bottom-side end of area 3;
     the seat is the root cylinder, about the sprocket's centre through the bottom-side ends of both flanks. Their
     sectors end where an arc of radius ``arc_radius`` (m) touches both. The edges of the tips are arcs of no radius,
-    areas 1 and 5: elsewhere the depth would jump, and the jump make energy.
+    areas 1 and 5, without which the depth would jump.
     """
     joints = groove.joints()
-    # the circle through three points
-    a, b, c = joints[0], groove.arc(2, 3)[1], joints[2]
+    a, b, c = joints[0], groove.arc(2, 3)[1], joints[2]  # three points of the circle
     centre = np.linalg.solve(2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a])
     radius = hypot(*(a - centre))
     root = hypot(*joints[2])
@@ -188,13 +185,11 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
     """Return the depth (n,) of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
 
-    ``points`` (n, 2) are their centres in the frame of the groove in whose sector of half angle pi / m they are, m. The
-    ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc, in
-    which a centre deeper than that is in no area. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
-    centre to the profile, positive in the open groove. The profile with its mirror images about the tooth lines is a
-    closed curve with a continuous tangent, so the closest point, at ``| |e| - r_j |`` on arcs
-    whose sector holds the centre, is exact, and its side (within a concave circle or out of a convex one is open) is
-    the sign. A centre on this side of the tooth line has its nearest point there, too.
+    ``points`` (n, 2) are their centres (m) in the frame of the groove in whose sector of half angle pi / m they are.
+    Eqs. 20 to 23 search a band of width r_C along each arc; here the depth is ``r_C - s`` with the signed distance
+    ``s`` of the centre to the profile, positive in the open groove. The ten arcs with their mirror images about the
+    tooth lines are a closed curve with a continuous tangent: the closest point, at ``| |e| - r_j |`` on arcs whose
+    sector holds the centre, is exact, and its side (within a concave circle or out of a convex one) is the sign.
     """
     e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
     d = np.hypot(e[..., 0], e[..., 1])
@@ -207,10 +202,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
 
 def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, angle: float) -> np.ndarray:
-    """Return `true_depth` of arcs at ``centres`` (n, 2) from the centre (m) of a sprocket turned by ``angle`` (rad).
-
-    Arcs out of reach of the teeth (Eq. 18) have the depth -inf.
-    """
+    """Return `true_depth` of arcs at ``centres`` (n, 2) of a sprocket turned by ``angle`` (rad); -inf out of reach."""
     distance = np.hypot(*centres.T)
     pitch = 2 * pi / groove.teeth
     # Eq. 12: groove 1 has its middle half a pitch from x_S; angles from that of the arc's own groove

@@ -1,8 +1,4 @@
-"""Material laws.
-
-Damping factors of the normal laws, which set the restitution of a contact (Eq. 8), and Maxwell elements of rubber whose
-loss factor hardly depends on the frequency.
-"""
+"""Material laws: damping factors of normal laws (Eq. 8), Maxwell elements for a nearly constant loss factor."""
 
 from collections.abc import Callable
 from math import log1p, pi
@@ -12,10 +8,8 @@ import numpy as np
 
 from trackdyn.rig.roots import root
 
-# |1 - restitution| below which the two functions take their series: the equation itself loses its digits
-NEARLY_ELASTIC = 1e-4
-# chi e that counts as 1: below a restitution of about 0.026 the two differ by less than rounding
-ALMOST_ONE = 1 - 1e-15
+NEARLY_ELASTIC = 1e-4  # 1 - restitution below which series replace the equation, which loses its digits
+ALMOST_ONE = 1 - 1e-15  # chi e that counts as 1: below a restitution of about 0.026 they differ by rounding
 
 
 def _imbalance(loss, restitution):
@@ -68,15 +62,14 @@ ELEMENTS = 3
 def maxwell_elements(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     """Return relative stiffnesses and relaxation times (s) of Maxwell elements with a loss factor over ``BAND``.
 
-    The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
-    Stiffnesses are relative to that at rest. With ``x = w T``, an element of the stiffness g adds ``g x / (1 + x^2)``
-    to the loss modulus and ``g x^2 / (1 + x^2)`` to the storage modulus 1 at rest. The loss modulus less the loss
-    factor times the storage modulus is linear in the stiffnesses: they are fitted over the band by least squares, and
-    none is negative for loss factors up to 0.5. A constant loss factor means a stiffness that grows with the frequency
-    (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
+    The loss factor is loss modulus over storage modulus. Stiffnesses are relative to that at rest. With ``x = w T``, an
+    element of the stiffness g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to the storage
+    modulus 1. The loss modulus less the loss factor times the storage modulus is linear in the stiffnesses: they are
+    fitted over the band by least squares, and none is negative for loss factors up to 0.5. The stiffness grows across
+    the band by about ``w^(2 loss_factor / pi)`` (Kramers-Kronig).
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, ELEMENTS))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * ELEMENTS)[:, None] * time) ** 2
-    # shares over the loss factor, which may be so small that nothing could be divided by it
+    # shares over the loss factor, which may be too small to divide by
     share = np.linalg.lstsq((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)), rcond=None)[0]
     return loss_factor * share, time

@@ -1,7 +1,7 @@
 """Layout of the loop: the belt path around the wheels and the chain laid along it.
 
-The chain runs clockwise; bodies are numbered along the run, so the left arc of a connector (at its
-input pin) trails and a link's y axis points outward.
+The chain runs clockwise with its bodies numbered along the run: the left arc of a connector (at its input pin) trails,
+and a link's y axis points outward.
 """
 
 from dataclasses import dataclass
@@ -14,14 +14,10 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.roots import root
 
-# A wheel that the taut chain passes by may stand as far from it as a strand sags, or this much (m) at least.
-CLEAR = 0.02
-# A tensioner whose shift lengthens the path by less than this share of it cannot tension the chain.
-LEAST_LEVER = 0.05
-# Angle (rad) below which runs to two wheels count as one line.
-ONE_LINE = 1e-9
-# Steps that lay a chain: four are usual, and one below the last (m) leaves its square, which is rounding.
-MOST_STEPS, LAST_STEP = 40, 1e-9
+CLEAR = 0.02  # m, least allowed distance of a wheel from the taut chain; or the sag of its longest strand
+LEAST_LEVER = 0.05  # least lengthening of the path per shift of the tensioner
+ONE_LINE = 1e-9  # rad, angle between runs to two wheels on one line
+MOST_STEPS, LAST_STEP = 40, 1e-9  # of Newton's method (four are usual), m: the error is its square
 
 
 @dataclass(frozen=True)
@@ -39,10 +35,7 @@ class BeltPath:
         return float(self.start[-1])
 
     def sag(self, weight: float) -> float:
-        """Return the excess length of a sagging chain of a ``weight`` (N/m) times its tension squared, m N2.
-
-        Over a run of length l that is ``w^2 l^3 / (24 T^2)``.
-        """
+        """Return the excess length of a sagging chain of ``weight`` (N/m), ``w^2 l^3 / 24 T^2`` a run, times T^2."""
         return weight**2 * float((np.diff(self.start)[1::2] ** 3).sum()) / 24
 
     def along(self, s):
@@ -53,18 +46,16 @@ class BeltPath:
         x, y, r = self.circles[wheel].T
         ds = s - self.start[piece]
         heading = self.heading[wheel] + np.where(on_run, 0.0, self.wrap[wheel] - ds / r)
-        further = np.where(on_run, ds, 0.0)
-        point = np.column_stack(
-            [x - r * np.sin(heading) + further * np.cos(heading), y + r * np.cos(heading) + further * np.sin(heading)]
-        )
+        further, c, s = np.where(on_run, ds, 0.0), np.cos(heading), np.sin(heading)
+        point = np.column_stack([x - r * s + further * c, y + r * c + further * s])
         return point, heading, np.where(on_run, 0.0, 1.0 / r)
 
 
 def belt_path(circles, names=None) -> BeltPath:
     """Return the belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
-    ``names`` are those in error messages; neighbours may overlap as wheels side by side on their axles do.
-    Raises `InputError` if no tangent of two exists, or one does not touch the belt.
+    ``names`` are for error messages; neighbours may overlap as wheels side by side on their axles do. Raises
+    `InputError`: no tangent of two exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
     names = names or [str(i + 1) for i in range(len(circles))]
@@ -91,14 +82,12 @@ def belt_path(circles, names=None) -> BeltPath:
 def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: float | None = None) -> np.ndarray:
     """Return centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
 
-    The radius is that of the pins of links lying on the wheel, or with ``surface`` the wheel's own.
-    ``body`` is the distance of the pins of a body that carries a link (a link's own).
+    The radius is that of the pins of links lying on the wheel, with ``surface`` the wheel's own. ``body`` is the
+    distance of the pins of a body with a link, by default the link's.
     """
-    body = rig.chain.link_length if body is None else body
-    wheels = [(rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius)]
-    wheels += [(wheel.x, wheel.y, wheel.radius) for wheel in rig.wheels.values()]
-    circles = np.array(wheels)
-    angle = rig.tension.direction * pi / 180
+    body, angle = rig.chain.link_length if body is None else body, rig.tension.direction * pi / 180
+    wheels = [(wheel.x, wheel.y, wheel.radius) for wheel in rig.wheels.values()]
+    circles = np.array([(rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius), *wheels])
     circles[tensioner(rig), :2] += [shift * cos(angle), shift * sin(angle)]
     if not surface:
         circles[:, 2] = np.hypot(circles[:, 2] + rig.chain.link_thickness / 2, body / 2)
@@ -111,11 +100,10 @@ def wheel_names(rig: Rig) -> tuple[str, ...]:
 
 
 def run_order(circles: np.ndarray) -> list[int]:
-    """Return wheels in the order in which a taut clockwise chain around all of them meets them.
+    """Return wheels in the order in which a taut clockwise chain around all of them meets them, the sprocket (0) first.
 
     From the highest circle on the chain leaves every wheel to the one that bends its run least; of wheels on one line
-    the nearest comes first. A large wheel between smaller ones may be met twice, wheels within not at all. The sprocket
-    (0) is the first where it is met.
+    the nearest comes first. A large wheel between smaller ones may be met twice, wheels within not at all.
     """
     x, y, r = circles.T
     wheel, heading, turned = int(np.argmax(y + r)), 0.0, 0.0
@@ -147,12 +135,11 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
     check_overlap(rig, circles[:, :2])
     order = run_order(circles)
     if order[0] != 0:
-        raise InputError(
-            "sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop"
-        )
+        remedy = "the other wheels must leave it on the outline of the loop"
+        raise InputError(f"sprocket: the taut chain does not touch it; {remedy}")
     path = belt_path(circles[order], [names[i] for i in order])
     for i in set(range(len(circles))) - set(order):
-        # at which distance the taut chain passes the wheel by, and how far its longest strand may sag to it
+        # distance of the wheel from the taut chain, and sag of the longest strand
         points, (weight, span) = path.along(np.linspace(0.0, path.length, 4001))[0], longest_strand(rig, path)
         clear = float(np.hypot(*(points - circles[i, :2]).T).min() - circles[i, 2])
         allowed = max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
@@ -180,10 +167,9 @@ def check_overlap(rig: Rig, centres: np.ndarray) -> None:
 
 
 def _needed(solid: np.ndarray, i: int, k: int) -> float:
-    """Return the least distance (m) of the centres of two wheels, by their radii (m).
+    """Return the least distance of the centres of two wheels by all radii, m.
 
-    The sprocket is in the plane of all others. Two of these may be side by side on their axles and overlap in the view
-    from the side, until one reaches the other's axle.
+    Two wheels other than the sprocket may be side by side and overlap in the view until one reaches the other's axle.
     """
     return float(solid[i] + solid[k] if 0 in (i, k) else max(solid[i], solid[k]))
 
@@ -211,16 +197,14 @@ def tensioner(rig: Rig) -> int:
 def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
     """Return the wheel that a load brakes, as its index in `wheel_names`, and the lever (m) of the chain about it.
 
-    A load is a pull of the chain: the difference of the tensions of the two strands that meet the wheel. Of the wheels
-    that turn freely it is the one around which the chain wraps most, where friction carries most. The lever is that of
-    the line of the pins, ``p / phi``: the chain moves on by a pitch p while links that do not slide turn the wheel by
-    ``phi``, the angle over which a pitch with its pins on one circle reaches. A brake of load times lever so takes the
-    load times the speed of the chain. Raises `InputError`: the loop cannot be laid.
+    A load is the difference of the tensions of the two strands at the wheel: of those that turn freely the one with the
+    largest wrap, where friction carries most. The lever is ``p / phi``: the chain moves by a pitch p while links that
+    do not slide turn the wheel by ``phi``, the angle of a pitch with its pins on one circle. A brake of load times
+    lever takes the load times the speed of the chain. Raises `InputError`: the loop cannot be laid.
     """
     lengths = body_lengths(rig, chain)
     laid = assemble(rig, lengths)
-    wraps = np.bincount(laid.order, laid.path.wrap)
-    wheel = 1 + int(np.argmax(wraps[1:]))
+    wheel = 1 + int(np.argmax(np.bincount(laid.order, laid.path.wrap)[1:]))
     pitch = lengths[: len(lengths) // rig.chain.pitches]
     pins = wheel_circles(rig, body=float(lengths[0]))[wheel, 2]
     return wheel, float(pitch.sum() / (2 * np.arcsin(pitch / (2 * pins))).sum())
@@ -229,8 +213,8 @@ def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
     """Return arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
 
-    Newton's method, with every pin between half a chord and 1.6 chords further on than the one before it. Raises
-    `InputError`: a body is too long for the wheels.
+    Newton's method keeps every pin between half a chord and 1.6 chords after the one before it. Raises `InputError`: a
+    body is too long for the wheels.
     """
     # the cut joint is in the middle of the last run, where its load is the tension of that strand
     s = 0.5 * (path.start[-2] + path.start[-1]) + np.concatenate([[0.0], np.cumsum(lengths)])
@@ -238,10 +222,9 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
         pins, heading, _ = path.along(s)
         apart, tangent = np.diff(pins, axis=0), np.column_stack([np.cos(heading), np.sin(heading)])
         chord = np.hypot(*apart.T)
-        # derivatives of a chord by the arc lengths of its two pins, but for the sign of the first; none where they meet
-        behind, ahead = (
-            (apart * side).sum(axis=1) / np.maximum(chord, LAST_STEP) for side in (tangent[:-1], tangent[1:])
-        )
+        # derivatives of a chord by the arc lengths of its two pins, but for the sign of the first
+        sides = tangent[:-1], tangent[1:]
+        behind, ahead = ((apart * side).sum(axis=1) / np.maximum(chord, LAST_STEP) for side in sides)
         moves = [0.0]
         for missing, first, second in zip((lengths - chord).tolist(), behind.tolist(), ahead.tolist(), strict=True):
             moves.append((missing + first * moves[-1]) / (second or 1.0))  # 0: straight across the path
@@ -260,9 +243,9 @@ class Assembly:
 
     pins: np.ndarray  # (n, 2) input pins of the bodies, m
     angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
-    sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
+    sprocket_angle: float  # angle of the sprocket with a groove under the connector in the middle of the wrap, rad
     shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
-    lever: float  # by how much the path then grows with that shift
+    lever: float  # derivative of the path's length by that shift
     path: BeltPath  # path of the pins around the wheels
     order: list[int]  # wheels in the order in which the path meets them
 
@@ -319,15 +302,12 @@ def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
 def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
 
-    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If there is one
-    body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
-    closes the loop (the message states by how much the loop is too short or too long), or if its direction does not
-    tension the chain.
+    ``lengths`` are the pin to pin lengths of the bodies, m; by default of links and connectors. Grooves are put under
+    connectors, or joints of one body a pitch. Raises `InputError`: no shift within the tensioner's travel closes the
+    loop, or its direction does not tension the chain.
     """
     lengths = body_lengths(rig) if lengths is None else lengths
-    single = len(lengths) == rig.chain.pitches
-    body = float(lengths[0])
-    travel = rig.tension.travel
+    single, body, travel = len(lengths) == rig.chain.pitches, float(lengths[0]), rig.tension.travel
 
     def slack(shift):
         return _slack(rig, shift, lengths)
@@ -340,9 +320,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         path, order = belt_around(rig, 0.0, body)
         _lever(rig, path, order)
         needed = round(rig.chain.pitches * path.length / float(lengths.sum()))
-        remedy = f"turn tension.direction = {rig.tension.direction:g} deg"
-        if needed != rig.chain.pitches:
-            remedy = f"use about {needed} pitches"
+        same = needed == rig.chain.pitches
+        remedy = f"turn tension.direction = {rig.tension.direction:g} deg" if same else f"use about {needed} pitches"
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
             f"wheels even at the end of tension.travel = {travel} m; one pitch is {1e3 * rig.pitch:.4g} mm, unless "

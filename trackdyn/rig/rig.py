@@ -10,41 +10,32 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
+from trackdyn.inputs import quantities
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.quantities import (
-    FROM_FILE,
-    NAME,
-    FieldValue,
-    Quantity,
-    entries_of,
-    fields_of,
-    outside_range,
-    possible_fields,
-)
+from trackdyn.inputs.quantities import NAME, FieldValue, Quantity, entries_of, fields_of, outside_range
 from trackdyn.inputs.validation import FrozenDict, Section, shown, typed, validated
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig import sections
 from trackdyn.rig.arcs import ToothProfile
 from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radii
 from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path, shipped_rigs
-from trackdyn.rig.sections import Surface, TestedStep, Wheel
+from trackdyn.rig.sections import SensorParameters, Surface, TestedStep, Wheel
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-WORN = 0.035  # share by which a chain's pitch may differ from the one that a groove was made for: worn out at 3 %
-RING_OFF = 0.05  # share by which a ring may differ from the one at which links and grooves have one pitch
-CHANGED = " changed"  # behind the name of a rig with other values than its file
-OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
+# relative differences of a chain from the one of its groove: of the pitch (worn out at 3 %), of the connectors' arcs
+WORN, OTHER_ARC = 0.035, 0.01
+RING_OFF = 0.05  # relative difference of a ring from the one at which links and grooves have one pitch
+CHANGED = " changed"  # suffix of the name of a rig with other values than its file
 
 
 class Rig(Section):
-    """Rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
+    """Sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on the rig.
 
     Wheels other than the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors``
-    is shown and compared by default. ``load`` is the pull of the chain that a scene takes where it states none
-    (`trackdyn.rig.layout.braked_wheel`).
+    is shown and compared by default. ``load`` is the default of a scene (`trackdyn.rig.layout.braked_wheel`).
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
@@ -65,15 +56,13 @@ class Rig(Section):
     surfaces: Annotated[dict[str, Surface], AfterValidator(FrozenDict)] = Field(default_factory=FrozenDict)
     guide: sections.Guide
     impact: sections.ImpactParameters
-    sensors: Annotated[dict[str, sections.SensorParameters], AfterValidator(FrozenDict)] = Field(
-        default_factory=FrozenDict
-    )
+    sensors: Annotated[dict[str, SensorParameters], AfterValidator(FrozenDict)] = Field(default_factory=FrozenDict)
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
     _name: str = PrivateAttr("")
 
     @property
     def name(self) -> str:
-        """Return the name of the rig's file, with ``changed`` behind it where values were; empty without a file."""
+        """Name of the rig's file, followed by ``changed`` if values were changed; empty without a file."""
         return self._name
 
     def called(self, name: str) -> "Rig":
@@ -84,7 +73,7 @@ class Rig(Section):
 
     @property
     def summary(self) -> str:
-        """Return one line: name, chain, sprocket and wheels."""
+        """Name, chain, sprocket and wheels in one line."""
         kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.wheels)
         named = f"{self.name}: " if self.name else ""
         return f"{named}{self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}"
@@ -109,15 +98,11 @@ class Rig(Section):
         for name, surface in self.contact_surfaces.items():
             static, dynamic = surface.friction_static, surface.friction_dynamic
             if dynamic > static:
-                yield (
-                    f"{name}.friction_dynamic = {dynamic} exceeds friction_static = {static}; the dynamic coefficient "
-                    "may at most equal the static one"
-                )
+                remedy = "the dynamic coefficient may at most equal the static one"
+                yield f"{name}.friction_dynamic = {dynamic} exceeds friction_static = {static}; {remedy}"
             if surface.friction_law == "dahl" and surface is self.tooth_contact:
-                yield (
-                    f"{name}.friction_law = dahl: Dahl's law is of a link on a wheel, whose surface gives way; "
-                    "a tooth has regularised"
-                )
+                reason = "Dahl's law is of a link on a wheel, whose surface gives way"
+                yield f"{name}.friction_law = dahl: {reason}; a tooth has regularised"
             elif surface.friction_law == "dahl" and surface.shear_stiffness is None:
                 yield (
                     f"{name}.shear_stiffness is missing, which {name}.friction_law = dahl needs: the force per way "
@@ -178,7 +163,7 @@ class Rig(Section):
             taken.update(getattr(self, group))
 
     @property
-    def first_sensor(self) -> sections.SensorParameters:
+    def first_sensor(self) -> SensorParameters:
         """Sensor that is shown and compared by default."""
         return next(iter(self.sensors.values()))
 
@@ -209,7 +194,7 @@ class Rig(Section):
 
     @property
     def without_effect(self) -> list[str]:
-        """Values that the laws of this rig do not read, by name; zeros aside."""
+        """Names of the values, except zeros, that the laws of this rig do not read."""
         unread = [field for law, fields in DRAG_FIELDS.items() if law != self.drag for field in fields]
         ignored = {f"{name}.{field}" for name in self.wheels for field in unread}
         ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
@@ -253,22 +238,22 @@ class Rig(Section):
         """Ring radii of equal pitch (m) by four definitions (`groove.equal_pitch_radii`)."""
         single = self.chain.kind == "single_pin"
         link = self.single_pin_pitch if single else self.chain.link_length
-        radii = equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
-        return FrozenDict(radii)
+        thickness = self.chain.link_thickness
+        return FrozenDict(equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, thickness))
 
     @cached_property
     def groove_profile(self) -> Groove:
         """Groove of the ten arcs of the design, or of a profile. Raises `InputError`: the arcs make no groove."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
-            arc, size, equal = self.chain.connector_radius, self.profile.size, self.sprocket.equal_pitch_radius
+            size, equal = self.profile.size, self.sprocket.equal_pitch_radius
             if not 0.4 < size / equal < 2.5:
                 unit = ", not in mm" if 300 < size / equal < 3000 else ""
                 raise InputError(
                     f"profile lies {size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is "
                     f"{equal:.4g} m; its lengths must be in m{unit}"
                 )
-            return self.profile.groove(self.sprocket.teeth, arc)
+            return self.profile.groove(self.sprocket.teeth, self.chain.connector_radius)
         bodies = self.connector_length, self.chain.connector_radius, self.pin_circle
         return build_groove(self.groove, self.sprocket.teeth, *bodies)
 
@@ -287,7 +272,7 @@ class Rig(Section):
         first, _, rest = name.partition(".")
         if first not in cls.model_fields:
             name = f"*.{rest}" if NAME.fullmatch(first) else ""
-        return name in possible_fields(cls)
+        return name in quantities.possible_fields(cls)
 
     def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
         """Return the field of a name; `InputError` with similar names if there is none."""
@@ -299,7 +284,7 @@ class Rig(Section):
 
     @typed
     def value(self, name: str) -> Any:
-        """Return the value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if unknown."""
+        """Return the value of a field by its dotted name, such as ``road_1.arm.stiffness``, or raise `InputError`."""
         return self._field(name, self.fields).value
 
     def changed(self, **changes: Any) -> "Rig":
@@ -340,7 +325,7 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
-    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE, path)
+    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), quantities.FROM_FILE, path)
     return rig.called(Path(path).stem)
 
 
@@ -355,9 +340,9 @@ def outside_ranges(path: Path | str) -> list[str]:
 
 
 def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
-    """Return a remark on a groove or profile that was made for another chain; else an empty string.
+    """Return a remark on a groove or profile that was made for another chain, else an empty string.
 
-    The tooth is that of the file which the rig's own, ``path``, takes it from; without a file an included one.
+    The tooth is compared with that of the file that ``path`` inherits it from; without a file with the included ones.
     """
     if path is None:
         tooth = rig.groove, rig.profile
@@ -378,10 +363,7 @@ def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
 
 
 def parameter_table(path: Path | str) -> "pd.DataFrame":
-    """Return all parameters of a rig file: ``name, value, unit, kind, low, high, outside, source``, and derived ones.
-
-    ``outside`` is the side on which a value leaves its range.
-    """
+    """Return a table of the parameters of a rig file and derived ones; ``outside`` is the side beyond its range."""
     import pandas as pd  # half a second that a run does without
 
     rig = load_rig(path)
@@ -389,6 +371,5 @@ def parameter_table(path: Path | str) -> "pd.DataFrame":
     derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
-    for row in rows:
-        row["outside"] = outside_range(row)
+    rows = [row | {"outside": outside_range(row)} for row in rows]
     return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

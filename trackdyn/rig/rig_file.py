@@ -1,9 +1,8 @@
 """Rig files: included ones by name, inheritance from another file (``like``), and the short form of entries.
 
-With ``like`` a file overrides single values of another file; ``wheels`` and ``sensors`` replace those of the other
-file. The sections ``idler``, ``road_wheel`` and ``sensor`` override single values of the wheel or sensor of that name,
-or add it. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section has ``source`` (and
-``kind``, else assumed) once for these values.
+With ``like`` a file overrides values of another file; ``wheels`` and ``sensors`` replace those of the other file,
+``idler``, ``road_wheel`` and ``sensor`` override values of the wheel or sensor of that name, or add it. A value may be
+text, ``radius: 0.305 m``, or a number without unit if its section has ``source`` (and ``kind``, else assumed).
 """
 
 import re
@@ -36,21 +35,17 @@ def shipped_rigs() -> dict[str, Path]:
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """Return the file of a rig, given by its path or the name of an included one; `InputError` if a word is neither.
+    """Return the file of a rig, by its path or the name of an included one, which comes after a file of that name.
 
-    A file of the name of a shipped rig is meant before it, a folder is not.
+    Raises `InputError`: a word is neither.
     """
+    shipped = shipped_rigs()
     if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or isfile(name):
         return name
-    shipped = shipped_rigs()
-    if name not in shipped and exists(name):
-        return name  # a folder: refused as such
-    if name not in shipped:
-        raise InputError(
-            f"rig = {shown(name)}: no such file, and no included rig of that name; these are "
-            f"{', '.join(shipped)}, see trackdyn rigs"
-        )
-    return shipped[name]
+    if name not in shipped and not exists(name):  # a folder is refused as such
+        remedy = f"these are {', '.join(shipped)}, see trackdyn rigs"
+        raise InputError(f"rig = {shown(name)}: no such file, and no included rig of that name; {remedy}")
+    return shipped.get(name, name)
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
@@ -69,7 +64,7 @@ def read_rig(name: Path | str) -> dict[str, Any]:
 
 
 def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
-    """Return every file that a rig is read from, with its contents: its own, then those it inherits from in turn.
+    """Return the files of a rig with their contents: its own, then those it inherits from in turn.
 
     ``like`` names a file in the same folder, or an included rig.
     """
@@ -86,9 +81,8 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
                 raise InputError(f"{path}: like = {shown(like)}: must be the name of an included rig or of a file")
             named = Path(path.parent / like if isfile(path.parent / like) else rig_path(like))
             if realpath(named) in [realpath(other) for other, _ in files]:
-                raise InputError(
-                    f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"
-                )
+                endless = "leads from file to file without an end; name a complete rig"
+                raise InputError(f"{path}: like = {shown(like)}: {endless}")
             path = named
     return files
 
@@ -145,8 +139,8 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
     def with_range(entry: Any, old: dict[str, Any]) -> Any:
         """Return the entry with the range of the value that it replaces, if it has none.
 
-        Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for every one; a direction
-        belongs to the wheels.
+        Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for all, those of
+        directions for the wheels.
         """
         unit = old.get("unit")
         foreign = (other_chain and unit not in ("1", "m/s")) or (own_wheels and unit == "deg")

@@ -1,4 +1,4 @@
-"""Roots of functions, without `scipy.optimize`, whose import takes longer than settling a loop."""
+"""Roots of functions without `scipy.optimize`, whose import takes longer than settling a loop."""
 
 from collections.abc import Callable
 
@@ -11,8 +11,7 @@ def root(function: Callable[[float], float], low: float, high: float, tolerance:
     """Return a root between two points at which a continuous function has different signs, by Chandrupatla's method.
 
     ``tolerance`` is the largest error beyond rounding. Raises `ValueError`: the function has one sign at both ends.
-    Source: T. R. Chandrupatla: A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function
-    without using derivatives. Advances in Engineering Software 28 (1997) 145-149.
+    Source: T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
     """
     a, b, share = high, low, 0.5
     fa, fb = function(a), function(b)

@@ -2,16 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from trackdyn.inputs.quantities import (
-    Friction,
-    Inertia,
-    Length,
-    Mass,
-    Position,
-    Quantity,
-    Slope,
-    Tilt,
-)
+from trackdyn.inputs.quantities import Friction, Inertia, Length, Mass, Position, Quantity, Slope, Tilt
 from trackdyn.inputs.validation import Positive, Section
 from trackdyn.rig.laws import BushingLaw
 
@@ -22,9 +13,9 @@ CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
 class Arm(Section):
     """Trailing arm with torsion spring and damper; the wheel is at its free end.
 
-    ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
-    ``preload`` (torque on the arm at the wheel's position as filed, counter-clockwise positive) the spring holds
-    the load on it when the loop has been tensioned.
+    ``mass`` is that of wheel and arm reduced to the wheel's axle, ``travel`` the rotation to either side, ``preload``
+    the torque at the wheel's position in the file, counter-clockwise positive: by default it balances the tensioned
+    loop.
     """
 
     x: Position
@@ -50,8 +41,8 @@ class Slider(Section):
 class Wheel(Section):
     """Wheel that turns freely: position, inertia, surface, drag and suspension.
 
-    A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces plus
-    ``seal_drag`` of seals and bearings, ``bearing_drag`` only, or ``bearing_torque`` only.
+    Its drag follows one of three laws: ``rolling_arm`` times the links' normal forces plus ``seal_drag``,
+    ``bearing_drag``, or ``bearing_torque``.
     """
 
     x: Position
@@ -75,7 +66,7 @@ class Wheel(Section):
         return self.arm or self.slider
 
 
-# pull of the chain by a brake, N; a hundred times the weight of a heavy vehicle on one track is no load
+# pull of the chain by a brake, N, at most a hundred times the weight of a heavy vehicle
 Pull = Annotated[float, Quantity("N", ge=0, le=1e7)]
 FrictionLaw = Literal["regularised", "dahl"]
 Kept = Literal["locked", "retensioned", "sprung"]
@@ -168,17 +159,16 @@ class Guide(Section):
 
 
 class Surface(Section):
-    """Contact surface: rubber or steel.
+    """Contact surface of rubber or steel.
 
-    Friction is ``regularised``, Eq. 10 with its ``transition_velocity``, or follows Dahl's law (``dahl``): the surface
-    gives way by a ``shear_stiffness`` under a link and slides at ``friction_static``.
+    Friction is ``regularised``, Eq. 10 with its ``transition_velocity``, or follows Dahl's law (``dahl``) with a
+    ``shear_stiffness`` under a link; it then slides at ``friction_static``.
     """
 
     contact_length: Length
     axial_overhang: Annotated[float, Quantity("m", ge=0)]
     youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
     poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
-    # a loss factor of 1000: less is no contact law but a wall of glue
     restitution: Annotated[float, Quantity("1", ge=1e-3, le=1)]
     friction_static: Friction
     friction_dynamic: Friction
@@ -202,11 +192,7 @@ class Steel(Section):
 
 
 class SensorParameters(Section):
-    """Position, rate and range of an acceleration sensor.
-
-    ``x`` is the distance from the first pin of its body along the line of the pins, ``y`` that along the outward
-    normal.
-    """
+    """Position (``x`` from the first pin of its body along the pin line, ``y`` outward), rate and range of a sensor."""
 
     pitch: Annotated[int, Quantity("1", ge=1)]
     body: Annotated[Literal["link", "connector"], Quantity("name")] = "link"

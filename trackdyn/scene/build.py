@@ -40,10 +40,9 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
     """Return the mobility of a point of a straight chain, acceleration per unit of force: ``a, b, c``, 1/kg.
 
     The point is ``arm`` (m) from a point on the body, ``along`` (m) from its input pin, against the contact's normal.
-    Friction accelerates it by ``a x^2 + b x + c`` with the normal's component x along the chain: the point moves across
-    the chain, and the body turns about it. A force across the chain accelerates it by ``a``. Pins turn freely: within a
-    few steps a bushing adds nothing. Each half of the chain is reduced to the mass that it shows at the pin of the
-    body, from its far end on, as the sweep of Eqs. 2 to 5 reduces it.
+    Friction accelerates it by ``a x^2 + b x + c`` with the normal's component x along the chain, a force across the
+    chain by ``a``. Pins turn freely: bushings add nothing within a few steps. The halves of the chain are reduced to
+    masses at the body's pins, from the far end on as the sweep of Eqs. 2 to 5 does.
     """
     fraction, lever = along / chain.length[body], arm / chain.length[body]
     weights, spin = np.array([1.0 - fraction, fraction]), np.array([lever, -lever])
@@ -78,17 +77,14 @@ def make_law(
 ) -> Law:  # fmt: skip
     """Return constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units).
 
-    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers ``restitution``
-    (its bracket then reaches 1 + chi in the first instant, so it is not clipped below that), or without any loss.
+    ``normal_law`` is one of ``NORMAL_LAWS``; one that is unclipped reaches 1 + chi at first impact.
     """
-    stiffness = pi * contact_length * composite_modulus / (2 * sqrt(2.0))
     chosen = NORMAL_LAWS[normal_law]
     loss = chosen.loss(restitution)
-    if chosen.unclipped:
-        factor_limit = max(factor_limit, 1.0 + loss)
     return Law(
-        form=FORMS[chosen.form], stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d,
-        transition_velocity=v_t, shear_stiffness=shear_stiffness, speed_floor=speed_floor, factor_limit=factor_limit,
+        form=FORMS[chosen.form], stiffness=pi * contact_length * composite_modulus / (2 * sqrt(2.0)), loss=loss,
+        friction_static=mu_s, friction_dynamic=mu_d, transition_velocity=v_t, shear_stiffness=shear_stiffness,
+        speed_floor=speed_floor, factor_limit=max(factor_limit, 1.0 + loss) if chosen.unclipped else factor_limit,
     )  # fmt: skip
 
 
@@ -131,9 +127,8 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
 def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
     """Return the positions of the links and the connectors' arcs on the bodies.
 
-    A body of the single-pin chain is a link whose ends carry one arc each of the adjacent connectors, with its joints
-    where the middle lines of two links meet at equal pitch: arcs and links then lie in the grooves and on the ring as
-    those of the double-pin chain do.
+    A body of the single-pin chain is a link with an arc of the adjacent connectors at each end and its joints where the
+    middle lines of two links meet at equal pitch: arcs and links are in the grooves and on the ring as in double pin.
     """
     n, a = rig.chain.pitches, rig.chain.link_length
     pitch = np.arange(n)
@@ -223,9 +218,8 @@ def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
 def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     """Return constants of the motion in space of links and connectors around ``wheels``, the sprocket with ``tooth``.
 
-    The guides are the connectors'. On the sprocket they are between flanges as far out as its teeth
-    reach (Eq. 18), on the others and on a sprocket without teeth while the connector is less than
-    half a link's thickness further out than where links lie.
+    Connectors have guides, which flanges hold on the sprocket as far out as its teeth reach (Eq. 18), on other wheels,
+    and on a sprocket without teeth, up to half a link's thickness above the links.
     """
     rig = scene.rig
     parts = (rig.sprocket, *rig.wheels.values())[: len(wheels.x)]
@@ -250,7 +244,7 @@ def build_model(scene) -> Model:
     """Build the model of a scene, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
     toothed = scene.tooth_contact != "none"
-    groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's own where there is no contact
+    groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's without tooth contact
     shoes = build_shoes(rig, scene.chain)
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
@@ -269,9 +263,7 @@ def build_model(scene) -> Model:
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=drive,
         sensors=build_sensors(shoes, rig.sensors.values()),
-        closure=Closure(
-            compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
-        ),
+        closure=Closure(int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping),
         step=nan, stride=0,  # `Scene.model_of_step`
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         maxwell=maxwell, suspensions=suspensions_of([], len(wheels.x)),

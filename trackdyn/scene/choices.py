@@ -1,8 +1,7 @@
 """Choices of fidelity, independent of each other and ordered by cost.
 
-A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` returns the settings with
-their reasons; `check_choices` rejects combinations that make no sense and names an alternative. The presets are bundles
-of choices with a step, measured in ``docs/speed-and-accuracy.md``.
+`decide` returns the settings of a scene with their reasons, `check_choices` refuses combinations without meaning. The
+presets are bundles of choices with a step, measured in ``docs/speed-and-accuracy.md``.
 """
 
 from collections.abc import Callable
@@ -38,8 +37,7 @@ class Choices(Section):
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     #: ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     normal_law: Annotated[str, OneOf(NORMAL_LAWS)] = "printed"
-    #: ``none``, ``tangential``, in 3D also ``independent`` (tangential and axial as printed); ``auto``
-    #: follows from ``space``.
+    #: ``none``, ``tangential``, in 3D also ``independent`` (tangential and axial as printed); ``auto``: by ``space``.
     friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
     #: ``rigid``, or ``elastic_damping`` with a spring and damper at the cut joint.
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
@@ -65,11 +63,11 @@ PRESETS = {
     "paper": {"integrator": "semi_implicit", "step": 5e-5},
     "reference": {"integrator": "semi_implicit", "step": 1e-5},
 }
-# without a ring every tooth strikes: mean peaks are up to 2.6 % off their limit on the rig of the paper, RMS 0.1 % on
-# all rigs (study `default_step`)
+# without a ring mean peaks of teeth are up to 2.6 % off their limit on the rig `paper`, RMS 0.1 % on all rigs (study
+# `default_step`)
 WITHOUT_RING: dict[str, dict] = {"standard": {"step": 5e-5}}
 
-ASKED = "as the scene asks"  # reason of a choice that the scene did not leave open
+ASKED = "as the scene asks"  # reason of a choice that is not ``auto``
 
 
 class Decision(NamedTuple):
@@ -120,10 +118,9 @@ def decide(scene) -> dict[str, Decision]:
     return decisions | {"ring": ring, "wheels": turning}
 
 
-# Combinations that make no sense: field, condition on the facts of `check_choices`, and a message with reason and
-# remedy, formatted with these facts.
+# Combinations without meaning: field, condition on the facts of `check_choices`, and a message with reason and remedy,
+# formatted with these facts. A row may rely on those above it.
 Refusal = tuple[str, Callable[[SimpleNamespace], object], str]
-# A row may rely on those above it.
 REFUSALS: tuple[Refusal, ...] = (
     # a belt, which has no contacts
     ("ring_radius", lambda s: s.belt and s.ring_radius is not None,

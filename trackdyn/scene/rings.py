@@ -20,11 +20,10 @@ FINEST = 1e-5  # m, of the radii of a study, or a hundredth of their range where
 def usual_rings(rig: Rig) -> tuple[float, float]:
     """Return the least and the largest radius of a study, m; both follow from the rig without a run.
 
-    Below the least one the arcs of seated connectors bear the chain. With the largest one the tension of a loop whose
-    wheels are locked is `TIGHTER` times the pre-tension: the length that the ring takes is provided by the sag of the
-    strands (``w^2 l^3 / (24 T^2)`` a strand) and the depth of the contacts (Eq. 8). A ring tightens the loop from the
-    rig's own ring on, or from the least one if the rig's own bears no load. The tension of settled loops of included
-    rigs is 3 to 7 times the pre-tension there; less if tensioner or wheels yield.
+    Below the least one the arcs of seated connectors bear the chain. With the largest one the tension of a loop with
+    locked wheels is `TIGHTER` times the pre-tension: sag of the strands (``w^2 l^3 / (24 T^2)`` a strand) and depth of
+    the contacts (Eq. 8) provide the length that the ring takes from the rig's own, or the least one, on. The tension
+    of settled loops of included rigs is 3 to 7 times the pre-tension there; less if tensioner or wheels yield.
 
     Raises `InputError`: the least ring that carries the chain is larger than the tensioner's travel allows.
     """

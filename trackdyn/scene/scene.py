@@ -21,9 +21,8 @@ from trackdyn.scene.choices import preset as preset_fields
 from trackdyn.scene.step import LEAST_STEP, allowed_step, round_step, usual_step
 
 Number = Annotated[float, BeforeValidator(plain_number)]
-# Longest recording, lead-in or ramp, s; shortest ramp, s.
-LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
-# Largest load, N: that of a rig file; rate of its wheel (rad/s) from which its brake has 99.5 % of its torque
+LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6  # longest recording, lead-in or ramp; shortest ramp, s
+# largest load, N, as of a rig file; rate of its wheel (rad/s) from which its brake has 99.5 % of its torque
 LARGEST_LOAD, BRAKES_FROM = 1e7, 3 * SLOW
 FASTEST = 1e5  # rev/min; the tests run 10,000
 MOST_STEPS = 1e10  # a day of computing
@@ -71,17 +70,17 @@ class Periods(NamedTuple):
 class Scene(Choices):
     """Description of a run: rig, speed, choices of fidelity (`trackdyn.scene.choices`) and recording options.
 
-    ``preset`` sets integrator and step (`trackdyn.scene.choices.PRESETS`), ``standard`` if none is given. Ring, chain,
-    tension, drag and bushing law are the rig's where none is given.
+    ``preset`` sets integrator and step (`trackdyn.scene.choices.PRESETS`), by default ``standard``. Ring, load, chain,
+    tension, drag and bushing law are by default the rig's.
     """
 
     #: Motor speed, rev/min; the sprocket turns clockwise at ``motor_rpm / ratio``.
     motor_rpm: Number
     #: Radius of the sprocket's rubber ring, m, None for no ring; the rig's own by default.
     ring_radius: Number | None = of_rig(lambda rig: rig.ring_radius)
-    #: Pull of the chain, N: the difference of the tensions of the strands on either side of the wheel that it brakes
-    #: (`trackdyn.rig.layout.braked_wheel`), beside the drag of all wheels; the rig's own by default, usually 0. The
-    #: brake acts against the rotation: the loop is tensioned and settles without it.
+    #: Pull of the chain, N: the difference of the tensions of the two strands at the wheel that it brakes
+    #: (`trackdyn.rig.layout.braked_wheel`), in addition to the drag of all wheels; the rig's own by default. The loop
+    #: is tensioned and settles without it.
     load: Number = of_rig(lambda rig: rig.load)
     #: Recorded time, s.
     duration: Number = 90.0
@@ -89,9 +88,9 @@ class Scene(Choices):
     lead_in: Number = 5.0
     #: Start-up ramp of the sprocket speed, s.
     ramp: Number = 1.0
-    #: Time step that is asked for, s; the sample interval must be a multiple of it. None, by default, is that of the
-    #: preset, or a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`); a
-    #: loop that settles at more tension takes a smaller one.
+    #: Requested time step, s; the sample interval must be a multiple of it. None, by default, is that of the preset, or
+    #: a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`), or at the
+    #: tension at which the loop settles.
     step: Number | None = None
     #: Pitches whose contacts are recorded (1-based); if empty those of the sensors.
     pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
@@ -210,9 +209,8 @@ class Scene(Choices):
     def ring_range(rig: Rig) -> tuple[float, float]:
         """Return the smallest and the largest ring radius of a rig, m.
 
-        Below the smallest one the links are on the teeth only: arcs of connectors end at the bottom of the groove, and
-        a link that is thicker than they are lies as much lower. Above the largest one the wrap needs more length than
-        the tensioner's travel gives.
+        Links do not touch a smaller ring, with the arcs of connectors at the bottom of their grooves; the wrap of a
+        larger one needs more length than the tensioner's travel gives.
         """
         lower = max(rig.chain.link_thickness / 2 - rig.chain.connector_radius, 0.0)
         bottom = float(rig.groove_profile.joints()[:, 1].min())
@@ -277,7 +275,7 @@ class Scene(Choices):
         return f"{self.motor_rpm:g} rev/min, {ring}, {load}{self.duration:g} s in steps of {self.time_step:g} s"
 
     def rows(self) -> dict[str, str]:
-        """Return what runs in words, by name, as a notebook shows it."""
+        """Return the scene as text by name, for a notebook."""
         ring = "none" if self.ring_radius is None else f"{self.ring_radius:g} m"
         times = {name.replace("_", "-"): f"{getattr(self, name):g} s" for name in ("duration", "lead_in", "ramp")}
         choices = {name.replace("_", " "): choice.setting.replace("_", " ") for name, choice in self.fidelity.items()}
@@ -301,18 +299,17 @@ class Scene(Choices):
 
 
 class StopRule(Section):
-    """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
-    passages at least, and the revolutions of the loop after which a record ends in any case.
+    """Tolerances of contacts at which a record ends: half of the 95 % intervals.
 
     The defaults are those of the ring study: a tenth of the narrowest tolerance of claims on shares (2 points), and
     less than a twentieth of that on forces (15 %).
     """
 
-    share_pct: Positive = 0.2
-    force: Positive = 0.006
-    # 13.0 in a table of rows; None: the teeth of the sprocket, so that every groove is visited
+    share_pct: Positive = 0.2  # of shares, points of a turn
+    force: Positive = 0.006  # of RMS forces, relative
+    # least number (13.0 in a table of rows); None: the teeth of the sprocket, so that every groove is visited
     passages: Annotated[int, Field(ge=1), BeforeValidator(plain_count)] | None = None
-    longest_turns: Annotated[float, Field(ge=1, le=1e6)] = 4  # fewer than one would hold no whole passage
+    longest_turns: Annotated[float, Field(ge=1, le=1e6)] = 4  # of the loop, after which a record ends
 
     def visits(self, rig: Rig) -> int:
         """Return the least number of passages on a rig."""

@@ -56,9 +56,7 @@ def usual_step(scene) -> float:
 
 
 def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> float:
-    """Return a step (s), or ``share`` of the limit of a loop at rest with a tension (N) if that is less.
-
-    The tight strand bears at most the scene's load more.
+    """Return a step (s), or ``share`` of the limit at a tension (N), of the tight strand plus the load, if it is less.
 
     Raises `InputError`: the step is too large and the scene asks for it, or the limit is far below the usual step.
     """
@@ -83,8 +81,7 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
 def settling_step(scene, tension: float, longest: float = inf) -> float:
     """Return the step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
 
-    Settling must not fail for a limit of the scene's own step under another name, so the limit of an explicit method
-    applies as well.
+    The limit of an explicit method applies, too, so that settling does not fail where the scene's own step would.
     """
     step = min(longest, SETTLING_STEP)
     if not METHODS[scene.integrator].linearly_implicit:
@@ -94,10 +91,9 @@ def settling_step(scene, tension: float, longest: float = inf) -> float:
 
 # -- limits ------------------------------------------------------------------------------------------------------------
 
-# The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
-# last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
-# millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
-# loop beyond the pre-tension that the limit is taken at: it is asked again at the tension that the loop settles at.
+# Load over the static one of a pitch at which stiffness is taken: forces reach 1.6 times the static load with the
+# reference ring, only touch-down spikes of less than a millisecond twice. Runs are then stable to about 1.4 times the
+# limit, which is computed again at the tension of the settled loop.
 DYNAMIC_FACTOR = 2.0
 # Beyond this multiple of the step of explicit friction, implicit friction decays with alternating sign.
 FRICTION_LEEWAY = 10.0
@@ -141,25 +137,21 @@ LARGEST_TURN = 2.5e-3
 def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implicit"]) -> dict[str, float]:
     """Return step limits (s) of a method for a model, by cause; empty if it has none. ``pre_tension`` is in N.
 
-    A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
-    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2); the shear stiffness of Dahl's
-    law oscillates as that of a contact does. Contact and friction are
-    taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
-    chain, times ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket.
-    Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler and set no limit there; for
-    RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
+    A contact of stiffness k on a mass m, or the shear stiffness of Dahl's law, oscillates stably for ``h < 2 sqrt(m /
+    k)``; friction with the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2). Both are
+    taken at ``DYNAMIC_FACTOR`` times the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus
+    the weight of a metre of chain, more on a wheel smaller than the sprocket. Bushing damping and a compliant cut,
+    implicit in semi-implicit Euler, limit RK4 only. Bushing stiffness acts on the smaller rotational inertia.
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
     oscillation, decay = method.oscillation, method.decay
-    # in the plane a staggered method takes friction with the slip that it leaves (`contact.forces.apply`)
+    # in the plane a staggered method takes friction at the slip after the step (`contact.forces.apply`)
     sliding = FRICTION_LEEWAY if method.staggered and model.space is None else 1.0
     if isinf(oscillation):
         return limits
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link = float(chain.mass[0])
-    # A force across the chain at a pin moves the ends of both bodies that meet there.
-    ends = [1 / _yield_at_end(chain, i) for i in (0, 1)]
-    at_pin = sum(ends)
+    at_pin = sum(1 / _yield_at_end(chain, i) for i in (0, 1))  # a force at a pin moves both bodies that meet there
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
     load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
 
@@ -168,13 +160,9 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         return sliding * decay * mass * law.transition_velocity / slope if slope else float("inf")
 
     if tooth.present:
-        narrow = min(
-            float(r) + (tooth.arc_radius if convex else -tooth.arc_radius)
-            for r, convex in zip(tooth.radius, tooth.convex, strict=True)
-        )
+        narrow = float((tooth.radius + np.where(tooth.convex, 1, -1) * tooth.arc_radius).min())
         stiffness = _stiffness_at(tooth.law, load, narrow)
-        limit = oscillation * sqrt(at_pin / stiffness)
-        limits["contact stiffness of the teeth (tooth_contact)"] = limit
+        limits["contact stiffness of the teeth (tooth_contact)"] = oscillation * sqrt(at_pin / stiffness)
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
     for k in np.flatnonzero(wheels.present):
         name = f"surface of wheel {k}" if k else "ring contact"
