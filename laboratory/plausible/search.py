@@ -63,7 +63,7 @@ class Searching:
         self.scenes = [[rpm, ring, (rpm, ring) in detailed] for rpm, rings in radii for ring in rings]
 
     def outcomes(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[Outcome | None]:
-        """Outcomes of points of the unit cube; None for what does not run."""
+        """Return the outcomes of points of the unit cube; None for a rig that does not run."""
         rigs = [built(unknowns.rig, fields)[0] for fields in map(unknowns.changes, map(unknowns.values, points))]
         rows = run_rigs(self.config, rigs, self.scenes, self.jobs, self.store)
         return [self._outcome(rig, row) for rig, row in zip(rigs, rows, strict=True)]
@@ -83,7 +83,7 @@ class Searching:
         return printed[printed["group"] == INDEPENDENT], list(sentences.loc[sentences["verdict"] == MET, "number"])
 
     def end(self, rig: Rig) -> tuple[pd.DataFrame, list[int]]:
-        """Return what a rig shows at every radius and speed of the sample (`judged`), from the first start."""
+        """Judge a rig at every radius and speed of the sample (`judged`), from the first start."""
         row_scenes = scenes(self.config)
         (row,) = run_rigs(self.config, [rig], row_scenes, self.jobs, self.store)
         return self.judged(row_scenes, row["values"]["starts"][0], rig)
@@ -109,8 +109,8 @@ class Searching:
     def search(self, name: str) -> pd.DataFrame:
         """Return every row of a search: ``search, row, begin, cost, numbers, sentences`` and every unknown.
 
-        ``begin`` says how a row came: a start (`starts`) or linear programs. These go on from the start that meets most
-        numbers and, of those, costs least: an iteration takes differences of all unknowns to both sides, and tries
+        ``begin`` is its origin: a start (`starts`), or linear programs. They continue from the start that meets
+        most numbers and, of those, costs least: an iteration takes differences of all unknowns to both sides, and tries
         steps of several reaches.
         """
         unknowns = searched_unknowns(self.config, name)
@@ -158,7 +158,7 @@ class Searching:
 
 
 def cost(residual: Mapping[str, float] | None) -> float:
-    """Return the weighted sum of what residuals have beyond the margin; infinite for a rig that does not run."""
+    """Return the weighted sum of the excess of residuals over the margin; infinite for a rig that does not run."""
     return np.inf if residual is None else _modelled_cost(residual, np.zeros(len(residual)))
 
 
@@ -185,8 +185,8 @@ def _jacobian(x: np.ndarray, residual: Mapping, sides: Sequence[np.ndarray], out
 def linear_step(x: np.ndarray, residual: Mapping[str, float], jacobian: np.ndarray, reach: float) -> np.ndarray:
     """Return the point of least cost by the linear model within a reach along each coordinate.
 
-    The variables of the program are the moves of the n coordinates, their sizes, and what each of the m residuals has
-    beyond the margin.
+    The variables of the program are the moves of the n coordinates, their sizes, and the excess of each of the m
+    residuals over the margin.
     """
     sizes, (m, n) = _sizes(residual), jacobian.shape
     moves, excess = np.eye(n), np.eye(m)

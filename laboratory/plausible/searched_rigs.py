@@ -20,7 +20,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import settle
 
-PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
+PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where damper and loss factor lose the same energy
 ABOUT = {
     "slips": "a rig fitted to the printed numbers within assumed ranges, but for a ring that slips",
     "shears": "a rig fitted to the printed numbers within assumed ranges, with a ring that gives way in shear",
@@ -49,9 +49,9 @@ HEAD = """about: "{about}"
 def rig_text(template: str, entries: Mapping[str, dict], about: str, command: str = COMMAND) -> str:
     """Return the text of a rig's file: that of another rig, the ``template``, with some entries exchanged.
 
-    In the template every entry is a line, and the range stands behind ``range:`` in its source. ``entries`` are
-    ``value``, ``low``, ``high``, ``kind`` and ``source`` by ``section.field``, ``about`` says what the rig is,
-    ``command`` which rule makes the file.
+    In the template every entry is a line, with ``range:`` and its source at the end. ``entries`` are ``value``,
+    ``low``, ``high``, ``kind`` and ``source`` by ``section.field``; ``about`` describes the rig, ``command`` is the
+    rule that makes the file.
     """
     section, lines, outside = "", [], []
     for line in template[template.index("\ngravity:") + 1 :].splitlines():

@@ -47,7 +47,7 @@ class Near(Section):
 
 
 class Engaged(Section):
-    """The printed engagement, a condition on tracks: how far its times (s) and its share (% of a turn) may be off."""
+    """Tolerances of the printed engagement, a condition on tracks: of its times (s) and its share (% of a turn)."""
 
     time_s: Positive
     share_pct: Positive
@@ -62,9 +62,11 @@ class Start(Section):
 
 
 class Search(Section):
-    """A search (`search.Searching`): radii (m) of a row by speed (rev/min); draws of the sample at which each search
-    begins; ``scan``, values of some unknowns that are tried at each of them, all with all; by name what each looks
-    for; the first reach of a step, as a share of the ranges; most rows beyond the starts.
+    """Settings of all searches (`search.Searching`), and the searches by name.
+
+    A row has ``radii_m`` by speed (rev/min). Every search begins at ``draws`` of the sample, as they are and with all
+    combinations of the values in ``scan``. ``reach`` of the first step is a share of the ranges; ``rows`` is the
+    largest number of rows beyond the starts.
     """
 
     radii_m: dict[float, list[float | None]]
@@ -78,8 +80,7 @@ class Search(Section):
 class Friction(Section):
     """Laws of friction of the ring that differ in one value: transition velocities (m/s) or shear stiffnesses (N/m).
 
-    ``friction`` is the static coefficient, ``dynamic`` the dynamic one over it; the law is run on each of so many
-    (``every``) tracks.
+    ``friction`` is the static coefficient, ``dynamic`` the dynamic one over it; ``every`` is the step in the tracks.
     """
 
     law: Literal["none", "regularised", "dahl"]
@@ -90,9 +91,7 @@ class Friction(Section):
 
 
 class TrackRun(Section):
-    """A run of a study of sampled tracks: start (1, 2, ... of `Row`), integrator, each how many tracks, speeds
-    (rev/min).
-    """
+    """A run of sampled tracks: start (1, 2, ... of `Row`), integrator, step in the list of tracks, speeds (rev/min)."""
 
     start: Count
     integrator: str
@@ -118,7 +117,7 @@ class RingChoice(Section):
 
 
 class Short(Section):
-    """The short form: so many draws, at fewer radii and speeds; its numbers say nothing."""
+    """The short form: few draws, radii and speeds; its numbers have no meaning."""
 
     draws: Count
     radii_m: dict[float, Numbers]
@@ -147,7 +146,7 @@ class PlausibleConfig(Section):
 
     @property
     def with_one_start(self) -> "PlausibleConfig":
-        """Return the same with rows of the first start alone."""
+        """Return the same with rows of the first start only."""
         return self.model_copy(update={"row": self.row.model_copy(update={"starts": self.row.starts[:1]})})
 
     def of_run(self, run: TrackRun) -> "PlausibleConfig":
