@@ -13,6 +13,7 @@ from trackdyn.measure import planner
 from trackdyn.measure.planner import Trial, _cheapest, _judge, _undecided, check_tolerances, plan, settings, steady
 from trackdyn.measure.uncertainty import DRIFT, Estimate, Series, TotalError, drifts, judge_series
 from trackdyn.measure.whole_loop import whole_loop
+from trackdyn.simulation.loop import Loop
 
 
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
@@ -197,7 +198,7 @@ def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing
     planned = plan(scene, tolerances)
     assert planned.scene.step > 2e-5
     clock = itertools.accumulate(itertools.cycle([0.0, 1000.0, 1.0, 0.01]))
-    monkeypatch.setattr(planner.time, "process_time", lambda: next(clock))
+    monkeypatch.setattr(Loop, "clock", staticmethod(lambda: next(clock)))
     again = plan(scene, tolerances)
     assert again.chosen.fields == planned.chosen.fields and again.duration == planned.duration
 

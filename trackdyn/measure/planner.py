@@ -10,7 +10,6 @@
    its trial was long enough.
 """
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -239,7 +238,13 @@ def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
 
 
 @typed
-def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True) -> Plan:
+def plan(
+    scene: Scene,
+    tolerances: Mapping[str, float],
+    longest: float = 60.0,
+    method: bool = True,
+    loops: type[Loop] = Loop,
+) -> Plan:
     """Choose the cheapest setting that keeps tolerances on a scene.
 
     Parameters
@@ -252,6 +257,8 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
         Longest record, s at constant speed.
     method : bool
         If true, method and step may differ from the scene's.
+    loops : type of Loop
+        Class of the loops that are run; its ``clock`` counts their cost.
 
     Raises
     ------
@@ -259,10 +266,10 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
         As `check_tolerances`, or no setting keeps the tolerances; the message has the reason.
     """
     check_tolerances(scene, tolerances, longest)
-    begin = time.process_time()
+    begin = loops.clock()
     rate, lead = scene.rig.rate, (CHEAP_LEAD if method else EXPENSIVE_LEAD) * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, lead), "every_link": True}
-    at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
+    at_rest = loops(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     choices = settings(at_rest.scene, at_rest.model.step, method)
     start, steady = _settled(_at_speed(at_rest, choices), choices, tolerances, longest)
     # implicit steps damp contacts and give no peaks
@@ -280,7 +287,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
         raise InputError(_refusal(tried, tolerances, longest))
     duration = min(max(chosen.needed(tolerances, longest), chosen.seconds), longest)
     cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
-    return Plan(chosen, dict(tolerances), duration, cpu_s, time.process_time() - begin, tuple(tried))
+    return Plan(chosen, dict(tolerances), duration, cpu_s, loops.clock() - begin, tuple(tried))
 
 
 def _compare(
@@ -412,14 +419,15 @@ def _start(start: Loop, trial: Trial) -> Trial:
 
 def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> None:
     """Continue the record of a setting to a length (s), and estimate its measures."""
-    begin = time.process_time()
+    clock = trial.recorder.loop.clock
+    begin = clock()
     try:
         recording, _ = record_until(trial.recorder, seconds, lambda record: (record, True))
         measures = series(recording, tolerances)
     except TrackdynError as error:
         trial.refused = str(error)
         return
-    trial.cpu_s += time.process_time() - begin
+    trial.cpu_s += clock() - begin
     sides = [name.removesuffix("_peak") for name in tolerances if name.endswith("_peak")]
     if sides and any(map(trial.recorder.statistics().doubtful, sides)):
         trial.refused = "peaks last one step: the true ones may be twice as large"

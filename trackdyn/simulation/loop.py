@@ -4,6 +4,7 @@ import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from threading import RLock
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,8 @@ class Loop:
     ``model.step``. Methods that take steps raise `DivergenceError` if a body leaves the physical range, as settling
     does, and `InputError` if another thread steps this loop.
     """
+
+    clock = staticmethod(process_time)  # CPU seconds that the work of loops took
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
@@ -261,7 +264,7 @@ class Loop:
 
         Raises `InputError`: the chain, ring, joints or plane of motion differ, so that the state does not fit.
         """
-        changed = Loop.__new__(Loop)
+        changed = type(self).__new__(type(self))
         changed.scene, changed.layout = self.scene.with_(**fields), self.layout
         for name in ("chain", "ring_radius"):
             if (value := getattr(changed.scene, name)) != getattr(self.scene, name):

@@ -1,6 +1,6 @@
 """The study of accuracy against cost on made-up runs whose limits, errors and scatter are known."""
 
-from itertools import combinations
+from itertools import combinations, count
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +10,12 @@ from matplotlib.text import Text
 
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series
+from trackdyn.model.arrays import SAMPLED
 from trackdyn.scene.scene import Periods
+from trackdyn.simulation.loop import Loop
 from trackdyn_replication.report.figures.trade import answers, trade_figure
-from trackdyn_replication.study.accuracy import default_step, trade
+from trackdyn_replication.study.accuracy import default_step, shared_loop, trade
+from trackdyn_replication.study.accuracy.shared_loop import SharedLoop
 from trackdyn_replication.study.settings import StatisticErrors
 
 REQUESTED = {
@@ -118,6 +121,27 @@ def test_the_default_step_of_an_included_rig_is_judged_by_its_halves_and_written
     text = default_step.default_step_text(rows)
     assert "with a ring, at 115 rpm have errors (+- standard error) of at most: RMS 2 +- " in text
     assert "without a ring, at 115 rpm" in text
+
+
+def test_loops_that_share_their_motion_give_the_same_bytes_and_count_their_cost_each_time(make_scene, monkeypatch):
+    def record(kind):
+        """Two records in turn, the second from a copy with half the step."""
+        loop = kind(make_scene(step=1e-4, every_link=True))
+        loop.advance(0.3)
+        first = loop.record(0.5, every_link=True)
+        second = loop.changed(step=5e-5).record(0.3, every_link=True)
+        return [getattr(record, name) for record in (first, second) for name in (*SAMPLED, "contact_log")]
+
+    alone, fills = record(Loop), []
+    compute = Loop.fill
+    monkeypatch.setattr(Loop, "fill", lambda *arguments, **changes: (fills.append(1), compute(*arguments, **changes)))
+    monkeypatch.setattr(shared_loop, "process_time", count().__next__)  # a second a call
+    computed, begin = record(SharedLoop), SharedLoop.clock()
+    monkeypatch.setattr(Loop, "fill", None)  # nothing is computed again
+    shared, end = record(SharedLoop), SharedLoop.clock()
+    assert end - begin == len(fills) + 1
+    for expected, *others in zip(alone, computed, shared, strict=True):
+        assert all(other.tobytes() == expected.tobytes() for other in others)
 
 
 def test_one_picture_has_one_scene():
