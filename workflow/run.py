@@ -27,8 +27,8 @@ def configurations(arguments: list[str]) -> list[Path]:
 
 @contextmanager
 def dearest_jobs(count: int = 5) -> Iterator[None]:
-    """Print at the end of a run which of its jobs took most CPU time."""
-    from trackdyn.sweeps.snakemake_job import COSTS
+    """Print at the end of a run which of its jobs took most CPU time, and the kernels that they compiled."""
+    from trackdyn.sweeps.snakemake_job import COMPILED, COSTS
 
     with NamedTemporaryFile("r", encoding="utf-8") as file:
         os.environ[COSTS] = file.name
@@ -36,11 +36,17 @@ def dearest_jobs(count: int = 5) -> Iterator[None]:
             yield
         finally:
             lines = [line.rstrip().split(maxsplit=1) for line in file]
-            jobs = sorted(((float(seconds), log) for seconds, log in lines), reverse=True)
+            costs = sorted(((float(seconds), name) for seconds, name in lines), reverse=True)
+            kernels = [(seconds, name.removeprefix(COMPILED)) for seconds, name in costs if name.startswith(COMPILED)]
+            jobs = [cost for cost in costs if not cost[1].startswith(COMPILED)]
             if jobs:
                 total = sum(seconds for seconds, _ in jobs)
                 print(f"{len(jobs)} jobs took {total:.0f} CPU s; those that took most, by their logs:")
                 print(*(f"{seconds:10.1f}  {log}" for seconds, log in jobs[:count]), sep="\n", flush=True)
+            if kernels:
+                total, different = sum(seconds for seconds, _ in kernels), len({name for _, name in kernels})
+                print(f"{len(kernels)} compilations, {different} of them different, took {total:.0f} CPU s of that:")
+                print(*(f"{seconds:10.1f}  {name}" for seconds, name in kernels), sep="\n", flush=True)
 
 
 def main(arguments: list[str]) -> None:

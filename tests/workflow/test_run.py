@@ -110,6 +110,17 @@ def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_fo
 
 
 RUN = "import run, sys; run.ROOT = run.Path.cwd(); run.main(['-j1', *sys.argv[1:]])"
+COMPILES = SCRIPT.replace(
+    "def main",
+    """from trackdyn.jit import kernel
+@kernel
+def once(x):
+    return x
+@kernel
+def twice(x):
+    return once(x) + once(x)
+def main""",
+).replace("    open(job", "    twice(1), twice(2), twice(1.0), open(job")
 FAILS = SCRIPT.replace("open(job", "from trackdyn import InputError; raise InputError('no')\n    open(job")
 
 
@@ -122,6 +133,17 @@ def test_a_log_ends_with_the_time_of_its_job_and_a_run_with_those_that_took_most
     seconds = re.fullmatch(r"(\d+\.\d) CPU s", (folder / "logs/one.log").read_text().splitlines()[-1])[1]
     said = [line.split() for line in done.stdout.splitlines()]
     assert said[-2][:2] == ["1", "jobs"] and said[-1] == [seconds, "logs/one.log"]
+
+
+def test_what_a_job_compiles_for_a_call_from_python_is_in_its_log_and_at_the_end_of_a_run(folder):
+    (folder / "one.py").write_text(COMPILES)
+    (folder / "go").touch()
+    done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    lines = (folder / "logs/one.log").read_text().splitlines()[:-1]
+    pattern = r"\d+\.\d CPU s to compile __main__\.twice, (\w+)"  # its part `once` is counted with it
+    assert len({re.fullmatch(pattern, line)[1] for line in lines}) == len(lines) == 2  # arguments of two types
+    assert "2 compilations, 2 of them different, took " in done.stdout
 
 
 def test_a_job_whose_run_was_killed_does_not_begin():

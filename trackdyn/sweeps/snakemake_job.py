@@ -11,15 +11,17 @@ import shutil
 import signal
 import sys
 from contextlib import redirect_stdout, suppress
+from hashlib import sha256
 from pathlib import Path
+from time import process_time
 from zlib import crc32
 
 
 def run_job(task):
     """Decorate the task of a rule, the last function of a script, and run it if the script is run by Snakemake.
 
-    Standard output goes to the log, which ends with the CPU time of the job; a `TrackdynError` is one sentence there
-    and on the screen.
+    Standard output goes to the log, which ends with the kernels that the job compiled and its CPU time; a
+    `TrackdynError` is one sentence there and on the screen.
     """
     if task.__module__ != "__main__":
         return task
@@ -28,6 +30,7 @@ def run_job(task):
     job = sys.modules["__main__"].snakemake
     _join(job.log[0])
     with open(job.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
+        compiled = _compiled()
         try:
             task(job)
         except TrackdynError as error:
@@ -36,17 +39,48 @@ def run_job(task):
             sys.exit(1)
         finally:
             seconds = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+            for line in compiled:
+                print(line)
             print(f"{seconds:.1f} CPU s")
             if costs := os.environ.get(COSTS):
-                with suppress(OSError), open(costs, "a", encoding="utf-8") as file:
-                    file.write(f"{seconds:.1f} {job.log[0]}\n")  # one write: jobs run in parallel
+                with suppress(OSError), open(costs, "a", encoding="utf-8") as file:  # one write: jobs run in parallel
+                    file.write("".join(f"{line}\n" for line in (*compiled, f"{seconds:.1f} {job.log[0]}")))
     return task
+
+
+def _compiled() -> list[str]:
+    """Return a list to which each kernel adds a line when this process has compiled it, for a call from Python."""
+    from trackdyn.jit import announce
+
+    compiled: list[str] = []
+
+    def listen(_: str) -> None:
+        from numba.core import event
+
+        begun: list[float] = []
+
+        class Listener(event.Listener):
+            def on_start(self, event) -> None:
+                begun.append(process_time())
+
+            def on_end(self, event) -> None:
+                seconds = process_time() - begun.pop()
+                if not begun:  # the kernels that it calls are parts of it
+                    kernel, types = event.data["dispatcher"].py_func, str(event.data["args"])
+                    of_types = sha256(types.encode()).hexdigest()[:8]
+                    compiled.append(f"{seconds:.1f} {COMPILED}{kernel.__module__}.{kernel.__qualname__}, {of_types}")
+
+        event.register("numba:compile", Listener())
+
+    announce(listen)
+    return compiled
 
 
 # file per folder in which every process locks a byte; the system releases it however the process ends
 PROCESSES = Path(".snakemake", "processes")
 DRIVER = "TRACKDYN_DRIVER"  # process of the run to which a job belongs
-COSTS = "TRACKDYN_COSTS"  # file to which jobs append their CPU times
+COSTS = "TRACKDYN_COSTS"  # file to which jobs append their CPU times, and those of the kernels that they compiled
+COMPILED = "CPU s to compile "  # a kernel and the hash of its arguments' types
 
 
 def drive(workflow):
