@@ -85,9 +85,9 @@ def gallery_page(path: Path, folder: Path) -> str:
 
 
 def thumbnails(folder: Path) -> str:
-    """The last picture of every page of the gallery with its name, linked to it, in the order of its table."""
-    table = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
-    listed = re.findall(r"^\| ([^|]+) \| \[`(\w+)\.ipynb`\]", table, re.MULTILINE)
+    """Link the last picture of every page of the gallery, with its name, to it, in the order of its list."""
+    page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^- \[(.+)\]\(gallery/(\w+)\.ipynb\)", page, re.MULTILINE)
     lines = ['<div class="thumbnails">']
     for words, page in listed:
         picture = max(folder.glob(f"{page}_*.png"), key=lambda path: int(path.stem.rpartition("_")[2]))

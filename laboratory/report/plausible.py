@@ -14,9 +14,8 @@ from matplotlib.transforms import blended_transform_factory
 
 from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
-from laboratory.plausible.study import CREEP
 from laboratory.plausible.verdicts import JAMMED
-from trackdyn.measure.cells import significant
+from trackdyn.measure.cells import listed, significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE
@@ -37,7 +36,6 @@ from trackdyn_replication.paper.tracks import (
 )
 from trackdyn_replication.report.filled import blocks
 
-UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
@@ -136,7 +134,7 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         follows=follows_sentence(sentences, draws),
         table=table,
         unjudged=", ".join(unjudged),
-        separating="; ".join(_separating(values)),
+        separating=listed(_separating(values)),
         wrap=significant(_wrap(parameters), 2),
         neighbours=neighbours_sentence(near, default),
         numbers=number_count(numbers),
@@ -160,7 +158,7 @@ def _outcomes(draws: pd.DataFrame) -> dict:
 
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[str]]:
-    """Tabulate shares of the engaged tracks and of all, with intervals and bounds, and the default rig; by number."""
+    """Tabulate shares of the engaged tracks and of all, with intervals and bounds in brackets, and the default rig."""
     rows = track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
     lines, unjudged = [], []
@@ -172,23 +170,17 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[st
         shares = []
         for row in pair:
             share, low, high, least, most = (f"{100 * row[key]:.0f}" for key in COLUMNS_OF_SHARES)
-            shares += [f"{share} ({low}–{high})", f"{least}–{most}"] if row["decided"] else ["–", "–"]
+            bounds = f"; {least}–{most}" if row["undecided"] else ""
+            shares.append(f"{share} ({low}–{high}{bounds})" if row["decided"] else "–")
         lines.append([name, *shares, MARKS[verdicts.get(name, "not comparable")]])
-    heads = [head for tracks in TRACKS for head in (f"% of {tracks} (90 %)", "bounds")]
-    heads = ["sentence", *heads, default["rig"].iloc[0]]
+    heads = ["sentence", *(f"% of {tracks}" for tracks in TRACKS), default["rig"].iloc[0]]
     return pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True), unjudged
 
 
 def _separating(values: pd.DataFrame) -> list[str]:
-    """Word the value that separates most for each sentence, with the medians of its tracks and of the others."""
-    parts, fields = [], load_rig("parts").fields
-    for row in values.drop_duplicates("name").itertuples():
-        unit = "s/m" if row.value == CREEP else fields[row.value].unit
-        factor, unit = UNITS.get(unit, (1, unit))
-        digits = 4 if row.value == EQUAL_PITCH else 2
-        showing, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
-        parts.append(f"{row.name}: `{row.value}` ({showing} against {others} {unit}".rstrip() + ")")
-    return parts
+    """Word the values that separate most, each with the sentences that it does so for."""
+    most = values.drop_duplicates("name").groupby("value", sort=False)["name"]
+    return [f"`{value}` ({listed(names.astype(str).tolist())})" for value, names in most]
 
 
 def _creep(parameters: pd.DataFrame, of_ring: pd.DataFrame) -> dict:

@@ -16,12 +16,10 @@ PAGE = (Path(__file__).parents[2] / "docs" / "your-loggers-file.md").read_text(e
 BLOCKS = [block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if '("record.' in block]
 T = np.arange(2000) / 1000
 COUNTS = np.round(8192 * (1 + np.sin(2 * np.pi * 3 * T))).astype(np.int16)
-TABLE = pd.DataFrame({"t_s": T, "ay": COUNTS})
 WRITERS = {
     "record.mat": lambda: scipy.io.savemat("record.mat", {"t": T, "ay": COUNTS}),
     "record.wav": lambda: scipy.io.wavfile.write("record.wav", 1000, COUNTS),
     "record.csv": lambda: pd.DataFrame(COUNTS.reshape(-1, 8)).add_prefix("y[").add_suffix("]").to_csv("record.csv"),
-    "record.npy": lambda: np.save("record.npy", TABLE.to_numpy()),
 }
 
 

@@ -48,7 +48,6 @@ SAID = [
         f"The default is {WORDS[len(study_radii(RIG))]} radii",
         f"to about {WORDS[TIGHTER]} times its pre-tension",
         f"to {1e3 * NARROW:g} mm and in at most {WORDS[ROUNDS]} steps",
-        f"runs a radius within the 1/{1 / SPAN:.0f} above",
         f"soft, {SHEAR['low'] / 1e3:g} kN/m a link, and hard, {SHEAR['high'] / 1e3:g} kN/m",
         f"The paper chooses {RADIUS_CHOSEN:g} m",
     ),
