@@ -19,20 +19,20 @@ RIPPLE = 0.07  # of the loss factor (0.05 to 0.3), by which the elements miss it
 
 
 def moduli(share, time, frequency):
-    """Storage and loss modulus over the stiffness at rest."""
+    """Return storage and loss modulus over the stiffness at rest."""
     x = 2 * np.pi * np.asarray(frequency)[:, None] * time
     return 1 + (share * x**2 / (1 + x**2)).sum(axis=1), (share * x / (1 + x**2)).sum(axis=1)
 
 
 @pytest.mark.parametrize("loss_factor", [0.05, 0.15, 0.3])
-def test_branches_have_the_loss_factor_over_the_band(loss_factor):
+def test_elements_have_the_loss_factor_over_the_band(loss_factor):
     assert (maxwell_elements(0.5)[0] > 0.0).all()  # the largest of a rig: no element would feed energy in
     share, time = maxwell_elements(loss_factor)
     frequency = np.geomspace(*BAND, 300)
     storage, loss = moduli(share, time, frequency)
     assert (share > 0).all()
     np.testing.assert_allclose(loss / storage, loss_factor, rtol=RIPPLE)
-    # a damper beside a spring would have a hundred times the loss at the one end that it has at the other
+    # a damper parallel to a spring would have a hundred times the loss at one end of the band
     assert storage[-1] / storage[0] == pytest.approx(100 ** (2 * loss_factor / np.pi), rel=0.1)
 
 
@@ -45,8 +45,8 @@ def hysteretic(make_scene):
 
 
 @pytest.mark.parametrize("frequency", [0.5, 4.47, 50.0])
-def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
-    """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
+def test_a_sinusoid_has_the_loss_of_the_law(hysteretic, rig, frequency):
+    """Body 1 swings and bends the joints on both sides by opposite angles."""
     model, state, work, _ = hysteretic.arrays
     share, time = maxwell_elements(rig.bushing.loss_factor)
     steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
@@ -55,9 +55,8 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     marks = np.arange(8 * steps + 1)
     angle = size * np.sin(omega * h * marks)
     for k in range(len(marks) - 1):
-        if k == 7 * steps:  # what the start left has died away
-            before, work_in = state.work_done[BUSHING_LOSS], 0.0
-            elastic = maxwell_energy(state, model.maxwell)
+        if k == 7 * steps:  # the transient has decayed
+            before, work_in, elastic = state.work_done[BUSHING_LOSS], 0.0, maxwell_energy(state, model.maxwell)
         state.rate[1] = (angle[k + 1] - angle[k]) / h
         old = state.maxwell[:, 0].sum()
         advance_maxwell(model, state, work, BUSHING_LOSS, model.maxwell)
@@ -66,10 +65,9 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     lost = state.work_done[BUSHING_LOSS] - before
     storage, loss = moduli(share, time, [frequency])
     # both joints, and a cycle of steps of 1/2500: the sine of half a step
-    assert lost == pytest.approx(2 * np.pi * rig.bushing.stiffness * loss[0] * size**2, rel=1e-4)
-    assert lost == pytest.approx(
-        2 * np.pi * rig.bushing.loss_factor * rig.bushing.stiffness * storage[0] * size**2, rel=RIPPLE
-    )
+    scale = 2 * np.pi * rig.bushing.stiffness * size**2
+    assert lost == pytest.approx(scale * loss[0], rel=1e-4)
+    assert lost == pytest.approx(scale * rig.bushing.loss_factor * storage[0], rel=RIPPLE)
     assert lost + maxwell_energy(state, model.maxwell) - elastic == pytest.approx(work_in, rel=1e-6)
     np.testing.assert_array_equal(state.maxwell[:, 0], -state.maxwell[:, 1])
     assert not state.maxwell[:, 2:].any()
@@ -91,7 +89,7 @@ def test_a_step_is_exact_however_long(hysteretic):
             advance_maxwell(model._replace(step=h), state, work, BUSHING_LOSS, maxwell)
         states.append([*state.maxwell.ravel(), state.work_done[BUSHING_LOSS], maxwell_energy(state, maxwell) - before])
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
-    # the moments led over the long step, and those of the state after it
+    # moments extrapolated over the long step, and those of the state after it
     work.torque[:] = 0.0
     add_maxwell_moments(state, work, 0.0, maxwell)
     for moments in (ahead, work.torque):
@@ -99,7 +97,7 @@ def test_a_step_is_exact_however_long(hysteretic):
 
 
 @pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 5e-5)])
-def test_the_account_of_a_loop_closes_and_copies_go_on_bit_for_bit(make_scene, integrator, step):
+def test_the_energy_balance_of_a_loop_closes_and_copies_continue_bit_for_bit(make_scene, integrator, step):
     loop = Loop(make_scene(115.0, bushing_law="hysteretic", drag="rolling", integrator=integrator, step=step))
     assert loop.model.chain.damping == 0.0
     loop.advance(0.8)
@@ -114,7 +112,7 @@ def test_the_account_of_a_loop_closes_and_copies_go_on_bit_for_bit(make_scene, i
         np.testing.assert_array_equal(again.state.maxwell, loop.state.maxwell)
 
 
-def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig):
+def test_stiff_elements_limit_the_step_and_missing_values_are_refused(make_scene, rig):
     soft = rig.changed(bushing__stiffness=2000.0)
     limits = [
         step_limits(make_scene(115.0, rig=soft, bushing_law=law, step=1e-5).model, 1000.0)["stiffness of the bushing"]

@@ -1,4 +1,4 @@
-"""How a straight chain meets a sudden force, against the mass matrix of its coordinates."""
+"""Mobility of a straight chain against the mass matrix of its coordinates."""
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ from trackdyn.scene.build import build_chain, mobility_of_slip
 
 
 def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
-    """Mobility of a straight chain with both ends free, whose coordinates are one displacement and ``n`` angles.
+    """Return the mobility of a free straight chain with one displacement and ``n`` angles as coordinates.
 
-    A sliding point has ``arm`` and ``x``: its slip is its displacement times x, less the arm times the rotation.
+    The slip of a sliding point is its displacement times ``x``, less ``arm`` times the rotation.
     """
     n = len(chain.mass)
 
@@ -29,10 +29,7 @@ def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
 
 @pytest.fixture
 def uneven():
-    """A chain of bodies that differ, their mass centres off the middle, its middle body, and the chain from there on.
-
-    It is as long on either side as the loop: bodies beyond the tenth weigh less than rounding.
-    """
+    """Return a chain of different bodies, its middle body, and the chain from there on; the tenth is below rounding."""
     rng, n, middle = np.random.default_rng(4), 41, 20
     length, mass = rng.uniform(0.05, 0.2, n), rng.uniform(1, 12, n)
     chain = Chain(

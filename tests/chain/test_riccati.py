@@ -29,7 +29,7 @@ def make_ring(n, seed, percussion=False):
 
 
 def loaded(chain, state, loads):
-    """Work as a solver finds it: orientations, loads, bushing torques, and what an earlier step left."""
+    """Return work with orientations, loads, bushing torques and an old solution."""
     work = make_work(len(state.angle), len(state.wheel_impact), 3)
     for array in work.sweep:
         array[...] = 7.0
@@ -40,7 +40,7 @@ def loaded(chain, state, loads):
 
 
 def sweep(chain, state, loads, step):
-    """Work with the accelerations by the sweep: those of the bodies and of the first pin, load through the cut."""
+    """Return work with accelerations of bodies and first pin by the sweep, and the load through the cut."""
     work = loaded(chain, state, loads)
     accelerations(chain, state, work, step * chain.damping)
     accelerate(chain, state, work, 0)
@@ -83,8 +83,7 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(n, step):
     np.testing.assert_allclose(side @ alpha, np.eye(2), rtol=0, atol=AGREEMENT * size)
     np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=AGREEMENT * size)
 
-    # The change has no component, weighted by mass, along any motion that keeps the gap. As a matrix over
-    # pin and angles, mass is what the kinetic energy of the mass centres says; implicit damping adds to it.
+    # Weighted by mass, the change is orthogonal to motions that keep the gap; implicit damping adds to the mass matrix.
     arm = mass_centre_arms(chain, state).T
     centre = np.array([-arm[1], arm[0]])
     mass = np.zeros((n + 2, n + 2))
@@ -120,8 +119,8 @@ def test_pins_and_velocities_along_the_chain():
 
 
 @pytest.mark.parametrize("decay", [0.0, 1e-6, 0.1, 1.0, 1.999, 2.0, 2.001, 5.0, 1e3, 1e9])
-def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
-    """One step leaves (1 - (1 - weight) x) / (1 + weight x) of the zigzag's joint rates: never less than nothing."""
+def test_bushing_damping_at_half_a_step_never_overshoots(decay):
+    """One step leaves (1 - (1 - weight) x) / (1 + weight x) >= 0 of the zigzag's joint rates."""
     length, inertia = np.array([0.1, 0.1]), np.array([0.01, 0.01])
     # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
     mobility = 2 * 2 / 0.01

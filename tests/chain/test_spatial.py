@@ -28,10 +28,7 @@ def cross_matrix(v):
 
 
 class Polygon:
-    """A closed polygon of links and connectors in a random plane, at random rates that keep it closed.
-
-    The rest of the model, which nothing here looks at, is that of any scene.
-    """
+    """Closed polygon of links and connectors in a random plane, at random rates that keep it closed."""
 
     def __init__(self, model, n, seed):
         rng = np.random.default_rng(seed)
@@ -157,7 +154,7 @@ def test_accelerations_are_those_of_the_general_formulation(polygon, n, seed):
     np.testing.assert_allclose(angular, expected_angular, rtol=0, atol=RELATIVE * np.abs(expected_angular).max())
 
 
-def test_turning_the_plane_keeps_what_the_pin_does_in_space(polygon):
+def test_turning_the_plane_keeps_position_and_velocity_of_the_pin(polygon):
     """The exact rotation: components turn back, the pin's velocity in space stays, a turn is a turn."""
     loop = polygon(6, 6)
     room = make_space_work(6, 0)

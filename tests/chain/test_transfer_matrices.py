@@ -29,7 +29,7 @@ def random_rotation(rng):
 
 
 def random_body(rng):
-    """Seven particles, joined rigidly: mass, places from the input, r_ic, r_io, inertia about the centre."""
+    """Return mass, positions from the input, r_ic, r_io and central inertia of seven joined particles."""
     mass = rng.uniform(0.3, 2.0, 7)
     points = rng.normal(0.0, 0.1, (7, 3))
     centre = mass @ points / mass.sum()
@@ -58,7 +58,7 @@ def split(state):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_body_balances_the_momentum_of_its_particles(seed):
-    """Sum over particles of m a and r x m a about a fixed point equals what acts at input, output and centre."""
+    """The sums of m a and r x m a over particles equal the loads at input, output and centre."""
     rng = np.random.default_rng(seed)
     mass, points, r_ic, r_io, inertia = random_body(rng)
     omega, force, moment = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 20.0, 3), rng.normal(0.0, 2.0, 3)
@@ -103,7 +103,7 @@ def test_joint_passes_loads_and_turns_about_its_axis_only(seed):
         assert (split(out)[k] == split(state)[k]).all(), "position, moment and force are the same on both sides"
     relative = out[3:6] - state[3:6]
     size = np.abs(relative).max()
-    # what is neither zeta nor along the axis would break the bearing
+    # all but zeta is along the axis
     np.testing.assert_allclose(np.cross(relative - zeta, frame @ Z) / size, 0.0, atol=ROUNDING)
     # the bushing behind the outboard body has its torque; the row cancels terms of the size of m
     moment = (body @ out)[6:9]
@@ -158,7 +158,7 @@ def test_growth_of_single_bodies_is_the_closed_form(body):
     """Two equal bodies multiply; a uniform bar, whose k is a / sqrt(3), has mu = 2 + sqrt(3)."""
     chain = make_chain(np.array([body, body]), 4)
     half, radius = 0.5 * chain.length[0], np.sqrt(chain.inertia[0] / chain.mass[0])
-    # eigenvalues of a matrix that is not normal, with a double eigenvalue 1 beside it
+    # eigenvalues of a matrix that is not normal, with a double eigenvalue 1
     assert growth(chain) == pytest.approx(((half + radius) / abs(half - radius)) ** 2, rel=1e-9)
 
 
@@ -177,4 +177,4 @@ def test_size_of_the_product_grows_by_the_closed_form(kind):
     # A turn of 2 pi / n from body to body changes the exponent by at most a tenth of (2 pi / n)^2 (the track). No
     # rounding shows: the norm is exact to eps times the number of factors.
     assert abs(narrow) < 0.2 * (2.0 * np.pi / 40) ** 2  # 0.005 of 1.14 (bars) and 1.87 (track)
-    assert narrow == pytest.approx(wide / 4.0, abs=1e-3), "what is left is the bend"
+    assert narrow == pytest.approx(wide / 4.0, abs=1e-3), "the rest is the bend"

@@ -1,4 +1,4 @@
-"""Dahl's law of friction: its closed form, its energy, its step, and what cannot follow it."""
+"""Dahl's law of friction: closed form, energy, step, refusals."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def law():
 
 
 def pushed(law, way, shear=0.0, steps=50, normal=NORMAL):
-    """Displacement after a link was pushed along a surface, and the work of the push (J), by trapezia."""
+    """Return the displacement after a push of a link along a surface, and its work (J), by trapezia."""
     work, force = 0.0, STIFFNESS * shear
     for _ in range(steps):
         shear, _ = sheared(law, shear, way / steps / 1e-3, normal, 1e-3)

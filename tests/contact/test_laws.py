@@ -1,4 +1,4 @@
-"""Normal and friction laws of one contact against closed forms, and what each normal law delivers in an impact."""
+"""Normal and friction laws of one contact against closed forms, and the restitution of each normal law."""
 
 from math import pi, sqrt
 
@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from trackdyn.contact.laws import (
-    elastic_force,
-    force_and_slopes,
-    friction_coefficient,
-    implicit_speed,
-    stored_impact_speed,
-    wheel_law,
-)
+from trackdyn.contact import laws
+from trackdyn.contact.laws import elastic_force, force_and_slopes, friction_coefficient, implicit_speed, wheel_law
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.laws import NORMAL_LAWS, delivered_restitution, delivering_loss
 from trackdyn.scene.build import make_law
@@ -83,16 +77,14 @@ def test_implicit_speed_is_that_under_its_own_force(compliance):
         for speed in np.linspace(-3.0, 3.0, 61):
             implicit = implicit_speed(contact, elastic, speed, 0.3, compliance)
             force = normal_force(contact, depth, implicit, 0.3, 0.05)
-            # the sum of two numbers of the size of ``given * elastic`` and of the speed
-            assert implicit + compliance * force == pytest.approx(
-                speed, rel=1e-12, abs=1e-12 * (1 + compliance * elastic)
-            )
+            rounding = 1e-12 * (1 + compliance * elastic)  # of the two terms
+            assert implicit + compliance * force == pytest.approx(speed, rel=1e-12, abs=rounding)
             clipped.add((force == 0.0, force == pytest.approx(1.4 * elastic, rel=1e-12)))
     assert clipped == {(False, False), (True, False), (False, True)}
 
 
 def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
-    """Mean peak (N) and rebound of a mass on a tooth, velocities half a step behind; ``steps`` to a contact."""
+    """Return mean peak (N) and rebound of a mass on a tooth, ``steps`` a contact, velocities half a step behind."""
     deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
     h = 3.2 * deepest / speed / steps
     compliance, rebounds = 0.5 * h / mass, []
@@ -118,7 +110,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
 def test_implicit_speed_keeps_restitution_and_peak_of_an_impact_of_eight_steps(restitution):
-    """As many as `standard` has where an arc meets a tooth. Led by the last step alone the mass would lose too much."""
+    """The steps of `standard` where an arc meets a tooth; by the last step's change only the mass loses too much."""
     contact = law(restitution=restitution)
     peak, rebound = impact_by_steps(contact, 2000, True)
     assert rebound == pytest.approx(delivered_restitution(contact.loss), abs=1e-5)
@@ -128,35 +120,32 @@ def test_implicit_speed_keeps_restitution_and_peak_of_an_impact_of_eight_steps(r
     assert led[1] < rebound * (1 - 0.04 * contact.loss)
 
 
-def test_initial_impact_velocity_is_kept_and_has_a_floor():
-    assert stored_impact_speed(0.7, 0.2, 0.1) == 0.7
-    assert stored_impact_speed(0.0, 0.2, 0.1) == 0.2
-    assert stored_impact_speed(0.0, 0.02, 0.1) == 0.1
-    # inside while already leaving: the magnitude
-    assert stored_impact_speed(0.0, -0.3, 0.1) == 0.3
+def test_initial_impact_velocity_is_stored_and_has_a_floor():
+    """In a contact that already opens it is the magnitude."""
+    cases = {(0.7, 0.2): 0.7, (0.0, 0.2): 0.2, (0.0, 0.02): 0.1, (0.0, -0.3): 0.3}
+    assert {case: laws.stored_impact_speed(*case, 0.1) for case in cases} == cases
 
 
 def test_composite_modulus_is_equation_9(rig):
     rig = rig.changed(steel__youngs_modulus=2.1e11, tooth_contact__youngs_modulus=2.1e11)
     assert rig.composite_modulus(rig.tooth_contact) == pytest.approx(2.1e11 / (2 * (1 - 0.3**2)), rel=1e-14)
     rubber = rig.changed(ring_contact__youngs_modulus=5e7, ring_contact__poisson_ratio=0.49)
-    alone = 5e7 / (1 - 0.49**2)
-    steel = 2.1e11 / (1 - 0.3**2)
+    soft, steel = 5e7 / (1 - 0.49**2), 2.1e11 / (1 - 0.3**2)
     # steel is 3500 times stiffer and takes that share of the rubber's modulus away
-    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(alone / (1 + alone / steel), rel=1e-14)
+    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(soft / (1 + soft / steel), rel=1e-14)
 
 
 # --- the normal laws
 
 
 @pytest.mark.parametrize("restitution", RESTITUTIONS)
-def test_the_delivering_factor_is_the_inverse_of_what_a_factor_delivers(restitution):
+def test_the_delivering_factor_is_the_inverse_of_the_delivered_restitution(restitution):
     # the root is exact to 2e-12; near 1 the equation keeps 1e-16 / (1 - c_r)^2 of its digits, a series takes over
     assert delivered_restitution(delivering_loss(restitution)) == pytest.approx(restitution, abs=1e-11)
 
 
 def rebound(contact):
-    """Quotient of the velocities after and before the impact of a mass on a surface at rest."""
+    """Return the quotient of the velocities after and before the impact of a mass on a surface at rest."""
 
     def rates(_, y):
         # stages may look a rounding outside of the surface, where there is no force
@@ -176,22 +165,13 @@ def rebound(contact):
     return -end.y_events[0][0][1] / SPEED
 
 
-@pytest.mark.parametrize(
-    ("normal_law", "restitution"),
-    [
-        ("delivered", 0.05),
-        ("delivered", 0.5),
-        ("delivered", 0.99),
-        ("printed", 0.01),
-        ("printed", 0.9),
-        ("elastic", 0.3),
-    ],
-)
-def test_an_impact_delivers_the_restitution_of_the_law(normal_law, restitution):
-    """The delivered law does at 0.05, too, where chi is 20 and the bracket of Eq. 8 would be clipped long before.
+IMPACTS = [("delivered", 0.05), ("delivered", 0.5), ("delivered", 0.99), ("printed", 0.01), ("printed", 0.9),
+           ("elastic", 0.3)]  # fmt: skip
 
-    The printed chi is at most 3/4, which delivers 0.664 (the root of its own equation) however small the name.
-    """
+
+@pytest.mark.parametrize(("normal_law", "restitution"), IMPACTS)
+def test_an_impact_delivers_the_restitution_of_the_law(normal_law, restitution):
+    """At 0.05 chi is 20 and the bracket of Eq. 8 would be clipped; the printed chi, at most 3/4, delivers 0.664."""
     contact = law(normal_law, restitution)
     expected = {"delivered": restitution, "elastic": 1.0}.get(normal_law, delivered_restitution(contact.loss))
     assert rebound(contact) == pytest.approx(expected, abs=1e-3)
@@ -237,15 +217,8 @@ def test_no_friction_is_exactly_none(rig):
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 def test_a_scene_uses_the_law_that_it_names(rig, normal_law):
     model = Scene(rig, 115.0, normal_law=normal_law).model
-    laws = (
-        (model.tooth.law, rig.tooth_contact),
-        (wheel_law(model.wheels, SPROCKET), rig.ring_contact),
-        (wheel_law(model.wheels, 1), rig.wheel_contact),
-    )
-    for law_of, surface in laws:
-        expected = {
-            "printed": 0.75 * (1 - surface.restitution**2),
-            "delivered": delivering_loss(surface.restitution),
-            "elastic": 0.0,
-        }[normal_law]
-        assert law_of.loss == pytest.approx(expected, rel=1e-14)
+    contacts = model.tooth.law, wheel_law(model.wheels, SPROCKET), wheel_law(model.wheels, 1)
+    for contact, surface in zip(contacts, (rig.tooth_contact, rig.ring_contact, rig.wheel_contact), strict=True):
+        c = surface.restitution
+        expected = {"printed": 0.75 * (1 - c**2), "delivered": delivering_loss(c), "elastic": 0.0}[normal_law]
+        assert contact.loss == pytest.approx(expected, rel=1e-14)

@@ -1,4 +1,4 @@
-"""All contacts of the loop at one state: slip, damping, and what a step leaves to the next."""
+"""All contacts of the loop at one state: slip, damping, and the memory of a step."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from trackdyn.model.arrays import FLANK, components
 
 @pytest.fixture(params=[None, 0.303, 0.308])
 def loop(request, driven_loop):
-    """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
+    """Return model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     loop = driven_loop(request.param)
     model, state, work, _ = loop.arrays
     chain = model.chain
@@ -21,11 +21,9 @@ def loop(request, driven_loop):
     state.rate[:] = closed_rates(chain.length, state.angle, state.rate)
     model = without_extrapolation(model, work)  # the state is no longer the one of the last step
     refresh(model, state, work)
-    # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
-    assert (work.tooth_force > 0).any()
-    if request.param is None:
-        assert (work.tooth_force[0::2] > 0).any()
-        assert (work.tooth_force[1::2] > 0).any()
+    # the tests below need contacts; without a ring both flanks of the teeth carry
+    flanks = [(work.tooth_force[side::2] > 0).any() for side in range(2)]
+    assert all(flanks) if request.param is None else any(flanks)
     assert (work.wheel_force > 0).any(axis=0).tolist() == [request.param is not None, True, True]
     return model, state, work
 
@@ -50,21 +48,17 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     model, state, work = loop
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
-    for wheel, rate in ((0, -2.0), (1, -0.3), (2, 1.5)):
-        state.wheel_rate[wheel] = rate
+    state.wheel_rate[:] = -2.0, -0.3, 1.5
     refresh(model, state, work)
     for wheel in range(3):
-        law = wheel_law(model.wheels, wheel)
-        rate = state.wheel_rate[wheel]
-        touched = ContactList(work, wheel)
+        law, rate, touched = wheel_law(model.wheels, wheel), state.wheel_rate[wheel], ContactList(work, wheel)
         links = np.flatnonzero(touched.kind != FLANK)
         assert len(links) > 0 or not model.wheels.present[wheel]
         for k in links:
             surface = rate * touched.surface[k]
-            expected = friction_coefficient(law, np.hypot(*surface)) * touched.force[k]
-            np.testing.assert_allclose(
-                touched.friction[k], expected * surface / np.hypot(*surface), atol=1e-9 * expected
-            )
+            speed = np.hypot(*surface)
+            expected = friction_coefficient(law, speed) * touched.force[k]
+            np.testing.assert_allclose(touched.friction[k], expected * surface / speed, atol=1e-9 * expected)
 
 
 def test_normal_velocity_is_that_of_the_gap(loop):
@@ -128,7 +122,7 @@ def test_foot_is_the_nearest_point_of_the_link():
 
 
 def test_contacts_are_damped_with_velocities_half_a_step_ahead(loop):
-    """A change of the last step counts by half, as if the bodies moved so much faster; nothing else of it does."""
+    """Half of the last step's change adds to the velocities of the bodies, and has no other effect."""
     model, state, work = loop
     state.rate[:] = 0.0
     state.wheel_rate[:] = 0.0
@@ -146,7 +140,7 @@ def test_contacts_are_damped_with_velocities_half_a_step_ahead(loop):
 
 
 def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
-    """Friction as large as a step ago is that of the led slip; one that begins now is less."""
+    """Friction as large as a step ago is that of the predicted slip; one that begins now is less."""
     model, state, work = loop
     memory = state.tooth_impact.copy(), state.wheel_impact.copy()
 
@@ -186,7 +180,7 @@ def test_forces_of_the_teeth_at_the_default_step_are_those_of_a_method_of_order_
 
 
 def test_a_force_of_the_teeth_slows_itself_only_while_it_grows(loop):
-    """A force as large as a step ago is that of the led velocity; one that begins now takes some of it away."""
+    """A force as large as a step ago is that of the predicted velocity; one that begins now reduces it."""
     model, state, work = loop
     memory = state.tooth_impact.copy()
     refresh(model, state, work)

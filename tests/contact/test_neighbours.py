@@ -1,4 +1,4 @@
-"""No contact is missed by the lists of what is close to a wheel, however long they were kept."""
+"""No contact is missing from the neighbour lists, however long they are valid."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from trackdyn.simulation.loop import Loop
 
 
 def distances(loop):
-    """Of arcs' centres from the sprocket's axis, (2 p,), and of links' middle lines from every wheel's, (p, w); m."""
+    """Return distances of arcs' centres from the sprocket's axis (2 p,), and of links from every wheel's (p, w); m."""
     model, state, work, (space, *_) = loop.arrays
     shoes = model.shoes
     height = 0.0 if space is None else state.plane.motion[OFFSET]
@@ -37,7 +37,7 @@ def distances(loop):
 
 
 def missed(loop):
-    """Arcs and pairs of link and wheel that touch and stand on no list; how many touch."""
+    """Count arcs and pairs of link and wheel that touch: those on no list, and the total."""
     model, candidates = loop.arrays.model, loop.arrays.work.candidates
     arcs, links = distances(loop)
     reached = arcs < model.tooth.addendum + model.tooth.arc_radius
@@ -49,16 +49,14 @@ def missed(loop):
     return np.count_nonzero(reached & ~known) + np.count_nonzero(touching & ~known_links), count
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [
-        {"motor_rpm": 210.0, "ring_radius": None},
-        {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
-        {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
-        {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},
-    ],
-    ids=lambda fields: "-".join(str(value) for value in fields.values()),
-)
+SCENES = [
+    {"motor_rpm": 210.0, "ring_radius": None}, {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
+    {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
+    {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fields", SCENES, ids=lambda fields: "-".join(map(str, fields.values())))
 def test_no_contact_is_missed(make_scene, fields):
     loop = Loop(make_scene(**fields))
     rng = np.random.default_rng(0)

@@ -21,7 +21,7 @@ TILTED = {
 
 
 def evaluate(model, state):
-    """Loads of a state from scratch, in the plane and across it."""
+    """Return loads of a state without history, in the plane and across it."""
     n, (pitches, wheels) = len(state.angle), state.wheel_impact.shape
     work, optional = make_work(n, pitches, wheels), OptionalWork(make_space_work(n, wheels))
     refresh(model, state, work, optional)
@@ -30,7 +30,7 @@ def evaluate(model, state):
 
 @pytest.fixture
 def make_spatial(driven_loop, make_scene, rig):
-    """Function that gives model and state of the running loop in space, its wheels changed, the plane moving."""
+    """Return a function for model and state of the running loop in space, with other wheels and a moving plane."""
 
     def make(friction="independent", motion=(0.0, 0.0, 0.0, 0.0), **changes):
         loop = driven_loop(0.308)
@@ -45,7 +45,7 @@ def make_spatial(driven_loop, make_scene, rig):
 
 
 def test_overlap_of_two_lengths(make_spatial):
-    """Eq. 19 by hand for widths of 50 and 60 mm; never more than the shorter one, never less than nothing."""
+    """Eq. 19 by hand for widths of 50 and 60 mm, between 0 and the shorter one."""
     space = make_spatial()[0].space
     for offset, share in ((0.0, 1.0), (0.005, 1.0), (-0.005, 1.0), (0.02, 0.7), (-0.02, 0.7), (0.055, 0.0), (0.2, 0.0)):
         assert overlap_ratio(space, FLANK, offset) == pytest.approx(share, abs=1e-15)
@@ -54,7 +54,7 @@ def test_overlap_of_two_lengths(make_spatial):
 
 def test_less_overlap_gives_less_force(make_spatial):
     model, state = make_spatial()
-    # each depth by itself: nothing of the force that was there before
+    # no memory of the force before
     tooth = model.tooth._replace(mobility=0.0)
     model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)), tooth=tooth)
     full, _ = evaluate(model, copy.deepcopy(state))
@@ -91,7 +91,7 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
 
 
 def test_action_and_reaction(make_spatial):
-    """Forces, and moments about the inertial origin, on all bodies and all wheels add up to nothing."""
+    """Forces, and moments about the inertial origin, on all bodies and all wheels add up to zero."""
     motion = (0.007, 0.02, 0.03, -0.02)  # beyond the play of the guides
     model, state = make_spatial(motion=motion, **TILTED)
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
@@ -130,12 +130,11 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
     state.pin[2:] = velocity[:2]
     state.rate[:] = omega[2]
     state.wheel_rate[wheel] = rate
-    state.tooth_impact[:] = 0.0
-    state.wheel_impact[:] = 0.0
+    state.tooth_impact[:], state.wheel_impact[:] = 0.0, 0.0
     work, _ = evaluate(model, state)
     touched = ContactList(work, wheel, (SURFACE, FLANK, RING), "xyz")
     assert len(touched.kind) > 0 and np.abs(omega[:2]).max() > 1e-3
-    # slip of rounding alone, 1e-15 m/s, times the slope of the law, 25 s/m
+    # slip of rounding, 1e-15 m/s, times the slope of the law, 25 s/m
     assert (np.linalg.norm(touched.friction, axis=1) <= 1e-12 * np.linalg.norm(touched.normal, axis=1)).all()
     np.testing.assert_allclose(touched.slip, 0.0, atol=1e-14)
     impact = state.wheel_impact[:, wheel]

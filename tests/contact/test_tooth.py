@@ -14,6 +14,7 @@ from trackdyn.scene.build import make_law, make_tooth
 RADIUS = 0.030
 DEEPEST = 5e-4
 EXACT = 1e-12  # m; the distances are below 1 m
+LAW = make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0)
 
 
 @pytest.fixture(scope="module")
@@ -23,11 +24,11 @@ def groove(rig):
 
 @pytest.fixture(scope="module")
 def tooth(groove):
-    return make_tooth(groove, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+    return make_tooth(groove, RADIUS, LAW)
 
 
 def distance_to_arcs(groove, points):
-    """(k, 10) distances of points to the areas as arcs of finite length."""
+    """Return (k, 10) distances of points to the areas as arcs of finite length."""
     offset = points[:, None, :] - groove.centre
     r = np.hypot(offset[..., 0], offset[..., 1])
     middle = np.arctan2(groove.direction[:, 1], groove.direction[:, 0])
@@ -39,10 +40,7 @@ def distance_to_arcs(groove, points):
 
 
 def points_over_the_profile(groove, gap, seed, count=5000):
-    """Centres of arcs at a distance ``RADIUS + gap`` from a random point of the profile.
-
-    Returns the centres, the areas below them and the free-side normals.
-    """
+    """Return centres of arcs ``RADIUS + gap`` from random points of the profile, their areas, normals and places."""
     rng = np.random.default_rng(seed)
     area = rng.integers(1, 11, count)
     j = area - 1
@@ -76,7 +74,7 @@ def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, t
     r = rng.uniform(0.30, groove.addendum + 1.2 * RADIUS, 20000)
     points = np.column_stack([r * np.sin(angle), r * np.cos(angle)])
     distance = distance_to_arcs(groove, points).min(axis=1)
-    # free side and shallow: what a motion in small steps can reach
+    # shallow and on the free side, as a motion in small steps reaches
     points, distance = points[distance > RADIUS - DEEPEST], distance[distance > RADIUS - DEEPEST]
     points, distance = points[np.abs(distance - RADIUS) > EXACT], distance[np.abs(distance - RADIUS) > EXACT]
     below = points[:, 1] < np.interp(points[:, 0], *groove.profile(200).T)  # in the steel
@@ -90,10 +88,10 @@ def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, t
 
 
 def test_mirrored_arc_touches_the_mirrored_area(groove):
-    """In a coarse tooth: a side that is searched wrongly, or not at all, breaks this."""
+    """In a coarse tooth, which a wrong search of one side would break."""
     profile = coarse_groove(groove, RADIUS)
     areas = len(profile.radius)
-    both = make_tooth(profile, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+    both = make_tooth(profile, RADIUS, LAW)
     points, *_ = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 4)
     touched_areas = set()
     for x, y in points:
@@ -106,10 +104,10 @@ def test_mirrored_arc_touches_the_mirrored_area(groove):
 
 @pytest.mark.parametrize("name", ["paper", "parts"])
 def test_the_depth_in_a_coarse_tooth_is_continuous(name):
-    """A jump from one surface to the next, or where the tip ends, would make energy with every engagement."""
+    """A jump between surfaces, or at the end of the tip, would add energy with every engagement."""
     rig = load_rig(name)
     profile, radius = coarse_groove(rig.groove_profile, rig.chain.connector_radius), rig.chain.connector_radius
-    tooth = make_tooth(profile, radius, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+    tooth = make_tooth(profile, radius, LAW)
     rng, joints, move = np.random.default_rng(5), profile.joints(), 1e-6
     low, high = np.sort(joints[:, 1])[[0, -1]]
     points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 20_000), rng.uniform(low, high + radius, 20_000)])
@@ -140,12 +138,9 @@ def test_boundaries_of_the_grooves_belong_to_a_neighbour():
     for k in range(1, m + 1):
         angle = 2 * pi * k / m
         assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) in (k, k % m + 1)
-    assert groove_index(m, 0.33, 0.0) == 1
-    assert groove_index(m, 0.33, -0.0) == 1
-    # so little below the x axis that the angle is rounded to a whole turn
-    assert groove_index(m, 0.33, -5e-324) == m
-    assert groove_index(m, 0.33, -1e-20) == m
-    assert groove_index(m, nextafter(-0.33, 0.0), 0.0) in (7,)
+    # just below the x axis the angle is rounded to a whole turn
+    assert [groove_index(m, 0.33, y) for y in (0.0, -0.0, -5e-324, -1e-20)] == [1, 1, m, m]
+    assert groove_index(m, nextafter(-0.33, 0.0), 0.0) == 7
 
 
 def test_groove_frames_stand_on_the_middles_of_the_grooves(tooth):

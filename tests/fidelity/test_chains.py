@@ -16,7 +16,7 @@ from trackdyn.simulation.simulate import simulate
 def ring_of_teeth(rig, kind):
     """Arcs (13, 2, 2) and ends of the links (13, 2, 2) of a chain of 13 pitches around the sprocket at equal pitch.
 
-    Built from the geometry alone: the middle lines of the links touch the circle of the equal pitch (plus half
+    By geometry: the middle lines of the links touch the circle of the equal pitch (plus half
     a link), the bodies are laid one behind the other, clockwise.
     """
     teeth = rig.sprocket.teeth
@@ -38,7 +38,6 @@ def ring_of_teeth(rig, kind):
     start, angle = np.array(start), np.array(angle)
     along = np.column_stack([np.cos(angle), np.sin(angle)])
     ends = start + chain.length[:bodies, None] * along
-    # the bodies do follow one another
     np.testing.assert_allclose(ends, np.roll(start, -1, axis=0), rtol=0, atol=1e-12)
     arc_body = shoes.arc_body[: 2 * teeth] % bodies  # the last pitch meets the first one
     arcs = start[arc_body] + shoes.arc_x[: 2 * teeth, None] * along[arc_body]
@@ -106,10 +105,7 @@ def test_its_bushings_are_two_in_series(rig):
 
 
 def test_sensor_of_a_belt_is_the_second_difference_of_its_place(rig):
-    """Place and angle in the record move as the acceleration says, apart from the ends of the arcs.
-
-    The sensor is beside the middle of its link; the record is one revolution and a little more.
-    """
+    """Apart from the ends of the arcs; the sensor is off the middle of its link, the record a little over a turn."""
     rig = rig.changed(sensor__x=0.07)
     recording = simulate(Scene(rig, 150.0, chain="belt", ring_radius=None, contact_log=False, duration=6.5))
     assert recording.gap.max() == 0.0 and len(recording.contact_log) == 0

@@ -1,4 +1,4 @@
-"""The compliant cut tends to the closed one, keeps the momentum, and runs with every integrator."""
+"""The compliant cut tends to the rigid one, conserves momentum, and runs with every integrator."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ STIFFNESS = (1e7, 1e8, 1e9)
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])
 def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
-    """At rest the gap is the tension over the stiffness; running, the sensor beside the cut comes to feel the same."""
+    """At rest the gap is the tension over the stiffness; running, the sensor next to the cut measures the same."""
     rigid = recorded(make_scene(150.0, integrator=integrator))
     assert rigid.gap.max() <= 1.1e-10
     difference = []
@@ -28,7 +28,7 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
         # the tension of running, at most three times that of rest
         assert 1.0 < recording.gap.max() * stiffness / rig.tension.pre_tension < 3.0
         difference.append(np.sqrt(np.mean((recording.mean - rigid.mean)[:, :2] ** 2)))
-    # in proportion to the compliance until the difference of the settled states is left
+    # in proportion to the compliance, down to the difference of the settled states
     assert difference[0] > 4 * difference[1] > 16 * difference[2]
     assert difference[2] < 0.02 * np.sqrt(np.mean(rigid.mean[:, :2] ** 2))
 
@@ -43,7 +43,7 @@ def open_loop(rig, integrator, **changes):
     )  # fmt: skip
     scene = Scene(small, 300.0, ring_radius=None, closure="elastic_damping", step=1e-5, integrator=integrator)
     loop = spinning_loop(scene)
-    # open by some millimetres, the ends moving past each other: the couple is then not zero
+    # open by some millimetres and turning, so that the couple is not zero
     rng = np.random.default_rng(1)
     loop.arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.state.angle))
     loop.arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.state.angle))
@@ -54,7 +54,7 @@ def open_loop(rig, integrator, **changes):
 
 
 def after(loop, step, seconds):
-    """The loop ``seconds`` later, in steps of ``step``."""
+    """Return the loop ``seconds`` later, in steps of ``step``."""
     later = loop.copy()
     set_model(later, step=step)
     later.advance(seconds)
@@ -62,14 +62,14 @@ def after(loop, step, seconds):
 
 
 def drift(loop, step):
-    """Change of momentum and angular momentum over a twentieth of a second."""
+    """Return the change of momentum and angular momentum over a twentieth of a second."""
     return np.abs(after(loop, step, 0.05).momentum - loop.momentum)
 
 
 def test_couple_of_the_open_cut_keeps_the_angular_momentum(rig):
     """Explicit, so that force and couple belong to the same instant: the error is that of the method, of order 4."""
     loop = open_loop(rig, "rk4")
-    # the longer step still has terms of the next order; without the couple the drift would not fall at all
+    # without the couple the drift would not fall
     coarse, fine = (drift(loop, h)[2] for h in (5e-4, 2.5e-4))
     assert fine < 1e-6 * np.abs(loop.momentum).max()
     assert coarse / fine > 10

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS, RIG
-from tests.rigs.conftest import scene_of
+from tests.rigs.conftest import SPROCKET_RPM, scene_of
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.semi_implicit import advance
@@ -19,21 +19,19 @@ ARM, IDLER = 0.01, 1
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    """Sprocket and idler, without weight, whose idler rolls with a lever arm; the links on its ring do not, and
-    bushings so soft that they take nothing. On a ring that grips, other losses change with the tension by some percent.
+    """Sprocket and idler without weight, whose idler has a lever arm; bushings take nothing.
+
+    On a ring that grips, other losses change with the tension by some percent.
     """
-    path = tmp_path_factory.mktemp("rolling") / "bench.yaml"
-    path.write_text(
-        f"""
+    path, text = tmp_path_factory.mktemp("rolling") / "bench.yaml", f"""
 like: {RIG}
 chain: {{source: tests, pitches: 26}}
 wheels:
   source: tests
   idler: {{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2, rolling_arm: {ARM} m}}
 tension: {{source: tests, wheel: idler, direction: 180.0 deg, travel: 0.1 m, pre_tension: 5000.0 N}}
-""",
-        encoding="utf-8",
-    )
+"""  # fmt: skip
+    path.write_text(text, encoding="utf-8")
     return load_rig(path).changed(gravity=0.0, bushing__stiffness=1.0)
 
 
@@ -70,14 +68,20 @@ def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     early = time < 0.8 * first / slowing
     np.testing.assert_allclose(rates[early], first - slowing * time[early], rtol=0, atol=2e-3 * first)
     assert 0.0 <= rates[-1] < 1e-3 * SLOW
-    # every step takes from the wheel what the account says
+    # the work of the bearing is the energy that the wheel loses
     assert state.work_done[BEARING] == pytest.approx(0.5 * inertia * (first**2 - rates[-1] ** 2), rel=1e-9)
 
 
-def tensions(loop, steps):
-    """Mean tension of the upper and the lower strand (N), load (N) and rate (rad/s) of the idler."""
-    rows = []
-    for _ in range(steps):
+def passing_time(rig):
+    """Return the time in which a pitch passes at 30 rev/min of the sprocket, s."""
+    return 60 / (SPROCKET_RPM * rig.sprocket.teeth)
+
+
+def tensions(rig, **fields):
+    """Return mean tensions of both strands (N), load (N) and rate (rad/s) of the idler over six pitches."""
+    loop, rows = Loop(scene_of(rig, **LAWS, **fields)), []
+    loop.advance(1.5)
+    for _ in range(round(6 * passing_time(rig) / loop.model.step / 5)):
         loop.step(5)
         force, ends = np.hypot(*loop.joint_forces.T), loop.pins[1:]
         middle = np.abs(ends[:, 0] - loop.model.wheels.x[IDLER] / 2) < 0.12
@@ -87,20 +91,14 @@ def tensions(loop, steps):
 
 
 def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_radius(bench):
-    """At constant speed ``(T_1 - T_2) v = a N w``: what the lever arm adds to the difference that friction makes."""
-    pulls = {}
-    pitch = bench.chain.link_length + bench.connector_length
-    passing = 60 / (30.0 * bench.sprocket.teeth)  # time in which a pitch passes at 30 rev/min of the sprocket, s
-    for arm in (1e-9, ARM):
-        loop = Loop(scene_of(bench.changed(idler__rolling_arm=arm), **LAWS))
-        loop.advance(1.5)
-        pulls[arm] = tensions(loop, round(6 * passing / loop.model.step / 5))
-    upper, lower, load, rate = pulls[ARM]
-    added = (upper - lower) - (pulls[1e-9][0] - pulls[1e-9][1])
+    """At constant speed ``(T_1 - T_2) v = a N w``: the lever arm adds this to the difference by friction."""
+    upper, lower, load, rate = tensions(bench)
+    without = tensions(bench.changed(idler__rolling_arm=1e-9))
+    added = (upper - lower) - (without[0] - without[1])
     assert added > 400.0
-    # strands swing by some newtons between the pitches that the mean is taken over, and other losses change with T
-    assert added == pytest.approx(ARM * load * rate * passing / pitch, rel=0.01)
-    # the radius at which the middle of the links runs, of a polygon around the wheel
+    # strands swing by some newtons between the pitches of the mean, and other losses change with T
+    assert added == pytest.approx(ARM * load * rate * passing_time(bench) / bench.pitch, rel=0.01)
+    # the radius of the middle of the links, of a polygon around the wheel
     radius = bench.wheels["idler"].radius + bench.chain.link_thickness / 2
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
 

@@ -11,7 +11,7 @@ from trackdyn.simulation.loop import Loop
 
 @pytest.fixture(scope="module")
 def aligned(make_scene):
-    """A settled aligned loop."""
+    """Return a settled aligned loop."""
     return Loop(make_scene(115.0, space="spatial", **LAWS))
 
 
@@ -32,10 +32,7 @@ def without_wheels(model, **chain):
 
 
 def test_aligned_scene_repeats_the_planar_run(aligned):
-    """The start-up and the first contacts, a second long: the same operations in the same order.
-
-    1e-9 of g is allowed, for compilers that round differently; the rounding that remains grows by contact.
-    """
+    """Start-up and first contacts, the same operations in the same order; 1e-9 of g for other compilers' rounding."""
     loop = aligned.copy()
     planar, record = filled(Loop(loop.scene.with_(space="planar")), 1000), filled(loop, 1000)
     for name in ("raw", "mean"):
@@ -71,7 +68,7 @@ def test_loop_stays_between_the_flanges(misaligned):
 
 def test_energy_account_of_a_misaligned_loop(misaligned):
     """The tolerance of the planar run: 0.1 % of the sprocket's work, start-up included."""
-    _, record = misaligned  # energy is all that is asked of it
+    _, record = misaligned
     assert abs(energy_residual(record)) < 1e-3
 
 
@@ -100,10 +97,10 @@ def momenta(model, state):
 
 
 def test_tumbling_loop_keeps_its_momentum(aligned):
-    """No contact, no gravity: what changes is the error of the method, of first order in the step.
+    """Without contact and gravity the change is the error of the method, of first order in the step.
 
     It is at most h |omega|^2 t of the momentum, with the largest angular velocity of a body in the run: the
-    strands swing out. What an extrapolation to no step leaves is of second order, less than a hundredth of it.
+    strands swing out. Extrapolated to a step of zero, less than a hundredth of it is left, of second order.
     """
     drift, fastest = [], 0.0
     for step in (1e-4, 5e-5):

@@ -1,4 +1,4 @@
-"""Tension locked, retensioned or sprung; drag; where a loop may start; contact that is not resolved."""
+"""Tension locked, retensioned or sprung; drag; start of a loop; contact that is not resolved."""
 
 import re
 
@@ -27,10 +27,8 @@ LARGE = 0.313
 @pytest.fixture(scope="module")
 def settled(make_scene):
     """Loops at rest with a large ring, by kind of tension."""
-    return {
-        kind: Loop(make_scene(115.0, ring_radius=LARGE, step=5e-5, tension=kind))
-        for kind in ("locked", "retensioned", "sprung")
-    }
+    kinds = "locked", "retensioned", "sprung"
+    return {kind: Loop(make_scene(115.0, ring_radius=LARGE, step=5e-5, tension=kind)) for kind in kinds}
 
 
 def test_a_large_ring_tightens_a_locked_loop_and_no_other(settled, rig):
@@ -44,14 +42,11 @@ def test_the_spring_carries_the_wheel_where_it_settles(settled):
     loop = settled["sprung"]
     suspensions = loop.model.suspensions
     loop.energy  # noqa: B018 -- forces of the state as it is
-    way = np.array([suspensions.along_x[0], suspensions.along_y[0]])
-    rest = (
-        way @ chain_force(loop.arrays.work, suspensions.wheel[0])
-        + suspensions.preload[0]
-        - suspensions.stiffness[0] * loop.state.suspension["q"][0]
-    )
-    assert abs(rest) < 0.02 * suspensions.preload[0]
-    assert loop.state.suspension["q"][0] < -1e-4, "a larger ring pulls the wheel in"
+    q, direction = loop.state.suspension["q"][0], np.array([suspensions.along_x[0], suspensions.along_y[0]])
+    spring = suspensions.preload[0] - suspensions.stiffness[0] * q
+    balance = direction @ chain_force(loop.arrays.work, suspensions.wheel[0]) + spring
+    assert abs(balance) < 0.02 * suspensions.preload[0]
+    assert q < -1e-4, "a larger ring pulls the wheel in"
 
 
 def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
@@ -74,16 +69,14 @@ def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
         motions[integrator] = np.array([loop.state.suspension["q"][0] - begin, recording.mean[:, 0, 1].std()])
         assert abs(open_share(recording.energy, loop.model, 1.0)[0]) < 1e-3
     assert abs(motions["semi_implicit"][0]) > 1e-4
-    # both of first order: the position at one moment to some percent, what is felt in a second to some per mille
-    for value, expected, bound in zip(
-        motions["linearly_implicit"], motions["semi_implicit"], (2e-2, 3e-3), strict=True
-    ):
+    # both of first order: the position at one moment to some percent, the standard deviation to some per mille
+    for value, expected, bound in zip(*motions.values(), (2e-2, 3e-3), strict=True):
         assert value == pytest.approx(expected, rel=bound)
 
 
 @pytest.mark.parametrize("equal_pitch", [0.3035, 0.308])
 def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
-    """Contact search sees nothing deeper than r_C: the printed equal pitch used to be assembled 30 mm inside."""
+    """Contact search finds nothing deeper than r_C, such as 30 mm at the printed equal pitch."""
     changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
     loop = SettledLoops().at_rest(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
     angle = loop.state.wheel_angle[SPROCKET]
@@ -95,14 +88,14 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
         loop.check_meshing()
 
 
-def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
+def test_the_step_is_checked_at_the_tension_of_the_settled_loop(make_scene):
     scene = make_scene(115.0, ring_radius=LARGE, step=1e-3 / 6)  # the pre-tension allows it
     with pytest.raises(InputError, match=r"step = 0.000166\d*: .* at a tension of 1\.\d+e\+04 N"):
         Loop(scene)
 
 
-def test_a_step_that_nobody_chose_follows_the_tension():
-    """It is what the loop needs as it has settled, also at another speed, and never a refusal."""
+def test_a_default_step_follows_the_tension():
+    """It is the one of the settled loop, also at another speed, and is never refused."""
     rig = load_rig("parts").changed(chain__link_mass=6.0)  # light links bear small steps
     scene = Scene(rig, 115.0, LARGE)
     loop = Loop(scene)
@@ -132,8 +125,8 @@ def test_a_loop_that_chatters_while_it_settles_is_settled_in_finer_steps(rig, mo
         settle(Scene(stiff, 0.0, None))
 
 
-def test_one_least_tension_in_all_refusals_and_it_can_stand():
-    """A slack chain: no tensioner leaves its travel, and what is said to be possible is."""
+def test_all_refusals_name_one_least_tension_which_is_possible():
+    """A slack chain: no tensioner leaves its travel, and the least tension of the message is possible."""
     bench, least = load_rig("bench"), set()
     for tension in (0.0, 1000.0):
         with pytest.raises(InputError, match=r"idler shifted by -100 mm of tension\.travel = 100 mm") as refusal:
@@ -149,8 +142,7 @@ def test_one_least_tension_in_all_refusals_and_it_can_stand():
 
 
 @pytest.mark.parametrize("name", ["paper", "parts"])
-def test_a_chain_can_stand_at_both_ends_of_the_range_of_its_tension(name):
-    """An identification and a search draw from it."""
+def test_both_ends_of_the_range_of_the_tension_are_possible(name):
     path = f"trackdyn/rigs/{name}.yaml"
     for tension in file_ranges(path)["tension.pre_tension"]:
         scene = Scene(load_rig(path).changed(tension__pre_tension=tension), 0.0)

@@ -1,4 +1,4 @@
-"""Random damage to what a user gives: success or one sentence, never anything else."""
+"""Random damage to a user's input: success or one sentence, never anything else."""
 
 import copy
 import importlib
@@ -25,30 +25,21 @@ from trackdyn.simulation.recording import load_recording
 from trackdyn_replication.pipeline.config import check_config, read_layer
 
 CONFIG, RIG = ROOT / "config" / "config.yaml", SHIPPED / "paper.yaml"
-# every run has the same examples; no search for a smaller failure: what is drawn is small, and a search has no bound
+# the same examples in every run, and no search for a smaller failure, which has no bound
 FUZZ = settings(
-    max_examples=30,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    phases=[Phase.generate],
+    max_examples=30, derandomize=True, deadline=None, database=None, phases=[Phase.generate],
     suppress_health_check=list(HealthCheck),
-)
+)  # fmt: skip
 
 SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7 / 7:.4f},0.0\n" for k in range(200))
 
 anything = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-3, 300),
-    st.integers(),
-    st.floats(),
-    st.text(max_size=8),
+    st.none(), st.booleans(), st.integers(-3, 300), st.integers(), st.floats(), st.text(max_size=8),
     st.binary(max_size=3),
     st.sampled_from([0, 1e-300, 1e308, 10**400, "2e11", "auto", "rk4", "none", "spatial", "sprung"]),
     st.lists(st.one_of(st.integers(-2, 40), st.floats(), st.text(max_size=3)), max_size=3),
     st.dictionaries(st.one_of(st.text(max_size=4), st.sampled_from(["value", "unit"])), st.floats(), max_size=2),
-)
+)  # fmt: skip
 
 
 def ends_well(function, *arguments, **keywords):
@@ -89,12 +80,8 @@ def mangled(draw, content):
     content = bytearray(content)
     for _ in range(draw(st.integers(1, 4))):
         at, length = draw(st.integers(0, max(len(content) - 1, 0))), draw(st.sampled_from([1, 2, 8, 100]))
-        piece = draw(
-            st.one_of(
-                st.binary(max_size=4),
-                st.sampled_from([b"\n", b",", b"- ", b"nan", b"1e999", b"&a [*a]", b"\xff\xfe", b"{[" * 30]),
-            )
-        )
+        odd = st.sampled_from([b"\n", b",", b"- ", b"nan", b"1e999", b"&a [*a]", b"\xff\xfe", b"{[" * 30])
+        piece = draw(st.one_of(st.binary(max_size=4), odd))
         match draw(st.sampled_from(["overwrite", "cut", "repeat", "end"])):
             case "overwrite":
                 content[at : at + len(piece)] = piece
@@ -151,23 +138,23 @@ def test_configurations(data):
         ends_well(check_config, data, "mine.yaml")
 
 
-@pytest.mark.parametrize(
-    ("name", "readers"),
-    [("rig.yaml", (load_rig, read_layer)), ("sensor.csv", (read_sensor,)), ("belt.npz", (load_recording,))],
-)
+READERS = {"rig.yaml": (load_rig, read_layer), "sensor.csv": (read_sensor,), "belt.npz": (load_recording,)}
+
+
+@pytest.mark.parametrize("name", READERS)
 @FUZZ
 @given(damage=st.data())
-def test_bytes_of_files(folder, name, readers, damage):
+def test_bytes_of_files(folder, name, damage):
     path = folder / f"mine{name[-5:]}"
     path.write_bytes(damage.draw(mangled((folder / name).read_bytes()[:4000])))
-    for read in readers:
+    for read in READERS[name]:
         ends_well(read, path)
 
 
 @FUZZ
 @given(seed=st.integers(0, 10**6), changes=st.data())
 def test_recordings(folder, seed, changes):
-    """Arrays and description of a file that is whole, but other than they were."""
+    """Changed arrays and a changed description in a whole file."""
     path = folder / "mine.npz"
     with np.load(folder / "belt.npz") as data:
         arrays = dict(data)
@@ -196,7 +183,7 @@ words = st.one_of(st.sampled_from(WORDS), st.text(st.characters(codec="utf-8", e
 @FUZZ
 @given(arguments=st.lists(words, max_size=8))
 def test_commands(folder, arguments):
-    """Nothing is simulated: what would run stops there."""
+    """Nothing is simulated: `simulate` stops."""
 
     def accepted(*_, **__):
         raise TrackdynError("accepted")

@@ -1,4 +1,4 @@
-"""A command that is stopped, or that cannot write, leaves no half file and says in one sentence what it leaves."""
+"""A command that is stopped, or cannot write, leaves no half file and ends in one sentence."""
 
 import os
 import signal
@@ -13,21 +13,17 @@ ENTRY = "from trackdyn.__main__ import main; main()"
 BELT = ("--choose", "chain=belt", "--duration", "30", "--quiet")
 
 
-def start(folder, *arguments, prelude="", environment=None, **options):
-    """The command in a process of its own."""
+def start(folder, *arguments, prelude="", environment=None):
+    """Start the command in its own process."""
     return subprocess.Popen(
-        [sys.executable, "-c", f"{prelude}\n{ENTRY}", *map(str, arguments)],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | (environment or {}),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
+        [sys.executable, "-c", f"{prelude}\n{ENTRY}", *map(str, arguments)], cwd=folder, text=True,
+        env=(os.environ if environment is None else environment) | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
 
 
 def ended(process):
-    """Exit code and what stood on standard error."""
+    """Return exit code and standard error."""
     try:
         _, err = process.communicate(timeout=240)
     finally:
@@ -35,14 +31,15 @@ def ended(process):
     return process.returncode, err
 
 
-@pytest.mark.parametrize(
-    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")]
-)
-def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code, word):
-    folder = tmp_path / "out"
-    process = start(tmp_path, "simulate", folder / "run.npz", environment={"TRACKDYN_CACHE": str(tmp_path / "k")})
-    said = next(line for line in process.stderr if "compiling" in line)
-    assert said.endswith("trackdyn: compiling kernels, about 10 s; the next run finds them\n")
+STOPS = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")]
+
+
+@pytest.mark.parametrize(("number", "code", "word"), STOPS)
+def test_the_first_compilation_is_reported_and_can_be_stopped(tmp_path, number, code, word):
+    folder, empty = tmp_path / "out", os.environ | {"TRACKDYN_CACHE": str(tmp_path / "k")}
+    process = start(tmp_path, "simulate", folder / "run.npz", environment=empty)
+    report = next(line for line in process.stderr if "compiling" in line)
+    assert report.endswith("trackdyn: compiling kernels, about 10 s; the next run finds them\n")
     process.send_signal(number)
     ends, err = ended(process)
     assert (ends, err.splitlines()[-1]) == (code, f"trackdyn: {word}; no file is left half-written")
@@ -50,7 +47,7 @@ def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code
 
 
 def test_a_short_command_ends_in_one_line(tmp_path):
-    """Amid the imports, which are most of what a short command does."""
+    """During the imports, most of its time."""
     prelude = """
 import os, signal, sys, threading, time
 def strike():
@@ -63,7 +60,7 @@ threading.Thread(target=strike, daemon=True).start()
     assert (code, err.lstrip()) == (130, "trackdyn: interrupted; no file is left half-written\n")
 
 
-def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
+def test_a_file_is_replaced_after_a_warning_at_the_end(tmp_path):
     (tmp_path / "run.npz").write_bytes(b"mine")
     process = start(tmp_path, "simulate", "run.npz", "--duration", "3000", "-q")
     assert process.stderr.readline() == (
@@ -77,13 +74,8 @@ def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
 
 
 def test_names_with_accents_and_blanks_and_no_home(tmp_path):
-    environment = {
-        name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")
-    }
+    homes = {"HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME"}
+    environment = {name: value for name, value in os.environ.items() if name not in homes}
     path = tmp_path / "un été à Zürich" / "línk 1.npz"
-    command = [sys.executable, "-c", ENTRY, "simulate", str(path), *BELT]
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=240
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert ended(start(tmp_path, "simulate", path, *BELT, environment=environment)) == (0, "")
     assert path.stat().st_size > 10_000

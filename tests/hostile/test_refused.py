@@ -1,4 +1,4 @@
-"""What cannot be is refused in one sentence: the field, the value and what is accepted. No kernel is compiled."""
+"""Refusals in one sentence: the field, the value and the accepted values. No kernel is compiled."""
 
 import json
 import os
@@ -26,15 +26,15 @@ from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 
-HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
+HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond Python's text of integers
 NUMBER = "must be a finite number"
 NO_NUMBERS = (
     HUGE, LONGER, "115", None, [115], {}, True, 1 + 2j, float("nan"), float("inf"), np.array([1.0, 2.0]), b"1",
 )  # fmt: skip
 
-# -- tables: what is stated, then words of the sentence ----------------------------------------------------------------
+# -- tables: a statement, then words of the error message
 
-# keys of what must be a mapping, and where its sentence says that it is
+# keys of mappings, and their places in the message
 MAPPINGS = [
     *((name, name) for name in ("chain", "wheels", "sensors")),
     *((name, f"wheels.{name}") for name in ("idler", "road_wheel")),
@@ -86,6 +86,9 @@ RIG_FILES = [
     ({"profile": {"arcs": entry([[0, 0, 1]], "m, m, m, 1")}}, "profile.arcs = [[0, 0, 1]]", "4 numbers each"),
     ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
     ({"drag": entry(True, "name")}, "drag = True: input should be 'viscous', "),
+    ({"load": entry(3, "kN")}, "load has the unit 'kN'; it must be given in 'N'"),
+    ({"load": entry(-3, "N")}, "load = -3", "greater than or equal to 0"),
+    ({"load": "3000 N"}, "load = '3000 N' has no source"),
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
     ({"chain": {"link_mass": entry(10.0, "kg")}}, "chain.pitches is missing; add it"),
     ({"chain": {"pitchs": entry(35, "1")}}, "chain.pitchs is not a known parameter", "(pitches?)"),
@@ -96,19 +99,19 @@ NO_CHOICES = (
     np.array(["a", "b"]), None, np.timedelta64(1), np.ma.array(["free"], mask=[True]), np.ma.masked, ["free"], b"free",
     LONGER,
 )  # fmt: skip
+NO_LISTS = ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))
+RINGS = Scene.ring_range(load_rig(RIG))
 SCENES = [
     *[({"motor_rpm": value}, "motor_rpm", NUMBER) for value in NO_NUMBERS],
     *[
         ({name: HUGE}, name, NUMBER)
-        for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")
+        for name in ["ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval"]
     ],
     *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step")],
+    *[({"load": value}, f"load = {value!r}") for value in (float("nan"), float("inf"), "3 kN", True, None)],
+    *[({"load": value}, "load = ", "must be between 0 and 1e+07 N") for value in (-1.0, 1e8)],
     ({"motor_rpm": -1}, "motor_rpm = -1.0", "between 0 and 100000 rev/min"),
-    (
-        {"ring_radius": 1e300},
-        "ring_radius = 1e+300",
-        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig(RIG))),
-    ),
+    ({"ring_radius": 1e300}, "ring_radius = 1e+300", "between {:.4f} m (touches no link) and {:.4f} m".format(*RINGS)),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),
     ({"lead_in": 1e9}, "lead_in", "and 36000 s"),
@@ -118,16 +121,10 @@ SCENES = [
     ({"step": 1e-8, "duration": 36000}, "step = 1e-08", "3.6e+12 steps"),
     ({"frame_interval": 1e308}, "frame_interval = 1e+308", "no longer than the duration"),
     ({"frame_interval": -0.1}, "frame_interval = -0.1", "a multiple"),
-    *[
-        ({"pitches": value}, "pitches", "a list of whole numbers")
-        for value in ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))
-    ],
+    *[({"pitches": value}, "pitches", "a list of whole numbers") for value in NO_LISTS],
     ({"pitches": [HUGE]}, "pitches", "between 1 and 35"),
     ({"pitches": [36]}, "pitches = 36", "between 1 and 35"),
-    *[
-        ({"contact_log": value}, "contact_log", "True or False")
-        for value in (1, "yes", None, b"1", np.array([True, False]))
-    ],
+    *[({"contact_log": value}, "contact_log", "True or False") for value in (1, "yes", None, np.array([True, False]))],
     *[({"chain": value}, "chain = ", ": use ") for value in NO_CHOICES],
     *[({name: None}, f"{name} = None: use ") for name in CHOICES],
     ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
@@ -181,11 +178,7 @@ SETTINGS = [
     ("records", [1, 2], "records = [1, 2]", "a mapping of names to values"),
     ("records.lead_in_s", True, "records.lead_in_s = True"),
     ("sensor_is_synthetic", "yes", "sensor_is_synthetic = 'yes'"),
-    (
-        "records.speeds_rpm",
-        [115, 150, 150],
-        "records.speeds_rpm = [115.0, 150.0, 150.0]: 150 occurs twice; give rising",
-    ),
+    ("records.speeds_rpm", [115, 150, 150], "records.speeds_rpm = [115.0, 150.0, 150.0]: 150 occurs twice; give"),
     ("ring_study.radii_m", [0.3080, 0.30801], "ring_study: two runs would share the name ring/115rpm_0.308"),
     ("ring_study.radii_m", [0.303, 0.5], "ring_study (run ring/115rpm_0.5)", "ring_radius = 0.5", "or no ring"),
     ("meshing.durations_s", 3, "meshing.durations_s is not a known parameter; remove it or correct its spelling"),
@@ -207,7 +200,7 @@ SETTINGS = [
     ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
 ]
 
-# -- and what refuses it ---------------------------------------------------------------------------------------------
+# -- functions that refuse them
 
 
 def write(content):
@@ -229,7 +222,7 @@ def configured(key, value):
     check_config(data, "mine.yaml")
 
 
-# what of a rig that was read, what its sentence begins with, and rows
+# function of the rig and a statement, begin of the message, and rows
 TABLES = {
     "rig": (lambda rig, changes: rig.changed(**changes), "", CHANGES),
     "impossible rig": (lambda rig, changes: Scene(rig.changed(**changes), 115.0), "", IMPOSSIBLE),
@@ -252,13 +245,14 @@ def test_a_row_is_refused(rig, row, tmp_path, monkeypatch):
     assert not {*os.listdir(tmp_path)} - {"mine.yaml"}  # nothing in a file is run
 
 
-# -- beside the tables ----------------------------------------------------------------------------------------------
+# -- other tests
 
 
-@pytest.mark.parametrize(
-    "value", [150, np.float32(150), np.int64(150), np.array(150.0), np.array(150), Fraction(300, 2)], ids=shown
-)
-def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
+NUMBERS_OF_LIBRARIES = [150, np.float32(150), np.int64(150), np.array(150.0), np.array(150), Fraction(300, 2)]
+
+
+@pytest.mark.parametrize("value", NUMBERS_OF_LIBRARIES, ids=shown)
+def test_numbers_of_any_library_are_accepted(rig, value):
     """Scenes of equal numbers have the same description."""
     described = Scene(rig, value, **BELT, pitches=()).describe()
     assert json.dumps(described) == json.dumps(Scene(rig, 150.0, **BELT).describe())
@@ -267,7 +261,7 @@ def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
 
 
 def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_starts(rig, monkeypatch):
-    """Each of the ways to ask for one: by scene, as a belt, of a loop that runs."""
+    """By scene, as a belt, of a loop that runs."""
     monkeypatch.setattr("trackdyn.simulation.recorder.free_memory", lambda: 1e6)
     words, scene = ("duration = 90 s:", "MB of memory and 1 MB are free", "use at most"), Scene(rig, 115.0)
     for call in (
@@ -287,14 +281,13 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize(("text", "value"), NUMBERS)
-def test_a_number_is_read_as_it_stands(tmp_path, text, value):
-    path = tmp_path / "mine.yaml"
-    path.write_text(f"a: {text}\nb: [{text}]\n", encoding="utf-8")
+def test_a_number_is_read_as_written(tmp_path, text, value):
+    (path := tmp_path / "mine.yaml").write_text(f"a: {text}\nb: [{text}]\n", encoding="utf-8")
     data = read_yaml(path)
     assert data == {"a": value, "b": [value]} and type(data["a"]) is type(value)
 
 
-def test_a_later_file_is_on_top_of_an_earlier_one_and_the_command_line_on_top_of_both(tmp_path, monkeypatch):
+def test_a_later_file_overrides_an_earlier_one_and_the_command_line_both(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     path = tmp_path / "mine.yaml"
     path.write_text("records: {duration_s: 0100, lead_in_s: 2e1}\n", encoding="utf-8")
@@ -318,7 +311,7 @@ def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, ro
 
 
 def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
-    """Those of a rig and of what it is like, and configurations; in names of files that are there."""
+    """Names of rigs, of rigs that they are like, and of configurations."""
     monkeypatch.chdir(tmp_path)
     base, rig = read_yaml(ROOT / "config/config.yaml"), shipped_rigs()["bench"].read_text(encoding="utf-8")
     for name in ("a{b}.yaml", "base}.yaml"):
@@ -339,10 +332,9 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeyp
     monkeypatch.chdir(ROOT)
     # root may write anywhere else
     monkeypatch.setattr("trackdyn_replication.pipeline.config.os.access", lambda path, mode: False)
-    words = "results = 'mine/new'", "is not writable; choose another folder"
-    refused(configured, "results", "mine/new", words=words)
+    refused(configured, "results", "mine/new", words=["results = 'mine/new'", "is not writable; choose another folder"])
 
 
 def test_a_loop_without_weight_and_tension_has_a_step_limit(rig):
-    """Its contacts carry nothing, and a stiffness of nothing was divided by."""
+    """Its contacts have neither load nor stiffness."""
     assert Scene(rig.changed(gravity=0, tension__pre_tension=0), 115.0).time_step == 1e-4

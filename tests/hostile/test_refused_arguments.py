@@ -1,4 +1,4 @@
-"""A value of another type than a public function declares is refused by its name, before anything else is asked."""
+"""A value of another type than a public function declares is refused by its name, before any other check."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -17,7 +17,7 @@ from trackdyn.inputs.validation import typed
 from trackdyn.measure.planner import plan
 
 VALUES = [None, 3.7, True, b"bytes", [1], {"a": 1}, object, 1j, np.zeros(3), "x"]
-ACCEPTED = {  # by what is declared; anything else is a class, of which none of the values is an instance
+ACCEPTED = {  # by declared type; of other classes none of the values is an instance
     NoneType: (NoneType,), float: (float,), bool: (bool,), str: (str,),
     Callable: (type,), Mapping: (dict,), Sequence: (list, np.ndarray),
 }  # fmt: skip
@@ -57,11 +57,7 @@ def test_arguments_of_the_declared_type_pass():
 
     assert call(np.float32(1), 2.0, flag=np.True_) == (1.0, 2.0, None, True)
     assert call(np.array(3), np.int64(2), "a")[:2] == (3, 2)
-    for arguments, field in (
-        ((1.0, 1.5), "count"),
-        ((10**400,), "number"),
-        ((float("nan"), True), "count"),
-        ((1.0, 1, 2), "text"),
-    ):
+    wrong = ((1.0, 1.5), "count"), ((10**400,), "number"), ((float("nan"), True), "count"), ((1.0, 1, 2), "text")
+    for arguments, field in wrong:
         with pytest.raises(InputError, match=f"^{field} = "):
             call(*arguments)

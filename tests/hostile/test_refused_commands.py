@@ -157,8 +157,8 @@ PROCESSES = [
 ]
 
 
-@pytest.mark.parametrize(("line", "code", "said", "refused"), PROCESSES, ids=lambda row: ascii(row))
-def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, line, code, said, refused):
+@pytest.mark.parametrize(("line", "code", "out", "refused"), PROCESSES, ids=lambda row: ascii(row))
+def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, line, code, out, refused):
     """A plug-in that cannot be imported is named; its commands are missing, all others work."""
     folder = tmp_path / "broken-1.dist-info"
     folder.mkdir()
@@ -171,7 +171,7 @@ def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, lin
         ["sh", "-c", f"exec {sys.executable} -m trackdyn {line}"],
         env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, timeout=100,
     )  # fmt: skip
-    assert run.returncode == code and said in run.stdout and bool(run.stdout) == bool(said), run.stderr
+    assert run.returncode == code and out in run.stdout and bool(run.stdout) == bool(out), run.stderr
     warning, *rest = run.stderr.splitlines()
     assert warning.startswith("trackdyn: warning: commands of broken_commands:COMMANDS cannot be loaded (ZeroDivision")
     assert "".join(rest).startswith(refused) and len(rest) == bool(refused), run.stderr

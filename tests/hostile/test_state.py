@@ -26,7 +26,7 @@ def test_arrays_of_a_loop_are_read_only(loop):
 
 
 def test_a_second_thread_is_refused_and_the_first_one_goes_on(loop):
-    alone, inside, go_on = loop.copy(), threading.Event(), threading.Event()
+    undisturbed, inside, go_on = loop.copy(), threading.Event(), threading.Event()
 
     def tick(seconds):
         inside.set()
@@ -40,6 +40,6 @@ def test_a_second_thread_is_refused_and_the_first_one_goes_on(loop):
             call()
     go_on.set()
     first.join(60)
-    alone.advance(0.6)
-    np.testing.assert_array_equal(loop.pins, alone.pins)
+    undisturbed.advance(0.6)
+    np.testing.assert_array_equal(loop.pins, undisturbed.pins)
     loop.step()  # free again

@@ -1,4 +1,4 @@
-"""Predicted step limits: how they follow the method, and where a loop without wheels really becomes unstable."""
+"""Predicted step limits: by method, and against the instability of a loop without wheels."""
 
 from types import SimpleNamespace
 
@@ -15,7 +15,7 @@ RK4 = METHODS["rk4"]
 
 
 def limits(of, integrator):
-    """Limits of a scene or a loop at the pre-tension of its rig."""
+    """Return limits of a scene or a loop at the pre-tension of its rig."""
     rig = getattr(of, "scene", of).rig
     return step_limits(of.model, rig.tension.pre_tension, METHODS[integrator])
 
@@ -46,7 +46,7 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
         # semi-implicit Euler takes friction with the slip that it leaves
         reach = RK4.decay / FRICTION_LEEWAY if name.startswith("friction") else RK4.oscillation
         assert rk4[name] / limit == pytest.approx(reach / 2.0, rel=1e-12)
-    # what semi-implicit Euler takes at the end of the step limits the explicit method
+    # semi-implicit Euler takes it at the end of the step
     assert set(rk4) - set(euler) == {"damping of the bushing"}
 
 
@@ -57,10 +57,7 @@ def resting_loop(rig, pitches, closure="rigid", chain="double_pin", **changes):
 
 
 def grows(start, step, steps=120):
-    """Whether small random rates (rad/s) of the loop at rest grow to a hundred times their size.
-
-    An unstable loop does not always run away: it may rattle at some hundred rad/s.
-    """
+    """Return whether small random rates (rad/s) of the loop at rest grow to a hundred times their size."""
     loop = start.copy()
     extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.state.angle))
     loop.arrays.state.rate[:] = closed_rates(loop.model.chain.length, loop.state.angle, extra)
@@ -73,7 +70,7 @@ def grows(start, step, steps=120):
 
 
 def measured(start, guess):
-    """Largest step at which the loop stays calm, by bisection within a decade around ``guess``."""
+    """Return the largest stable step, by bisection within a decade around ``guess``."""
     low, high = guess / 5, guess * 5
     assert not grows(start, low) and grows(start, high)
     for _ in range(7):  # to 4 %
@@ -86,20 +83,18 @@ NO_SPRING = {"bushing__stiffness": 0.0, "bushing__damping": 12.4}
 CUT = {"closure": "elastic_damping", "bushing__stiffness": 0.0, "bushing__damping": 0.1}
 
 
-@pytest.mark.parametrize(
-    ("pitches", "fields", "cause"),
-    [
-        (5, NO_SPRING, "damping of the bushing"),
-        (35, NO_SPRING, "damping of the bushing"),
-        (35, NO_SPRING | {"chain": "single_pin"}, "damping of the bushing"),
-        (5, CUT | {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
-        (5, CUT | {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
-    ],
-)
+CAUSES = [
+    (5, NO_SPRING, "damping of the bushing"),
+    (35, NO_SPRING, "damping of the bushing"),
+    (35, NO_SPRING | {"chain": "single_pin"}, "damping of the bushing"),
+    (5, CUT | {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
+    (5, CUT | {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
+]
+
+
+@pytest.mark.parametrize(("pitches", "fields", "cause"), CAUSES)
 def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, fields, cause):
-    """The zigzag of a straight strand decays fastest; in a small round loop it is slower by a seventh. The bodies
-    beyond the two at the cut make it a little slower.
-    """
+    """The zigzag of a straight strand decays fastest, in a small round loop slower by a seventh."""
     loop = resting_loop(rig, pitches, **fields)
     bounds = limits(loop, "rk4")
     assert min(bounds, key=bounds.get) == cause

@@ -24,7 +24,7 @@ WHEELS = 3
 
 
 def make_case(n, seed):
-    """A ring of ``n`` irregular bodies at a random position with random contacts: all that the kernel reads."""
+    """Return a ring of ``n`` irregular bodies at a random position with random contacts."""
     rng = np.random.default_rng(seed)
     chain, angle, _, rate, loads = irregular_chain(n, rng)
     # contacts: body, wheel, arm from the input pin, normal, arm from the wheel's centre, h^2 K + h C along
@@ -40,15 +40,12 @@ def make_case(n, seed):
 
 
 def contact_matrices(contacts, n):
-    """``h C + h^2 K`` over the input pins and angles of the bodies and the wheels, dense: (3 n + w, 3 n + w)."""
+    """Return ``h C + h^2 K`` over input pins, angles and wheels, dense: (3 n + w, 3 n + w)."""
     matrix = np.zeros((3 * n + WHEELS, 3 * n + WHEELS))
     for body, wheel, arm, direction, spoke, normal, across in contacts:
-        for share, (ux, uy) in (
-            (normal, (np.cos(direction), np.sin(direction))),
-            (across, (-np.sin(direction), np.cos(direction))),
-        ):
-            # velocity along u of the body's point, seen from the wheel's: the wheel matters across the
-            # normal only (the distance to its axis does not depend on its angle)
+        c, s = np.cos(direction), np.sin(direction)
+        for share, (ux, uy) in ((normal, (c, s)), (across, (-s, c))):
+            # velocity of the body's point along u relative to the wheel, whose rotation acts across the normal only
             row = np.zeros(3 * n + WHEELS)
             row[3 * body : 3 * body + 3] = ux, uy, arm[0] * uy - arm[1] * ux
             if share is across:
@@ -66,7 +63,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
     rolling = np.array([0.0, 0.007, 0.009])
     for array in work.sweep:
         array[...] = 7.0
-    for seed in range(3):  # the arrays carry what the case before left in them
+    for seed in range(3):  # without a reset of the arrays
         chain, angle, rate, loads, torque, contacts = make_case(n, seed)
         rng = np.random.default_rng(100 + seed)
         wheel_torque, wheel_rate = rng.normal(0, 200, WHEELS), rng.normal(0, 5, WHEELS)
@@ -105,7 +102,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
 
 
 def evaluate(model, state, work, implicit=None, step=STEP):
-    """Loads of a state, led to the end of a step if there is ``implicit`` work; its memory of impacts stays."""
+    """Return model and state of evaluated loads, extrapolated with ``implicit`` work, without a change of impacts."""
     model = model._replace(step=step)
     state = state._replace(tooth_impact=state.tooth_impact.copy(), wheel_impact=state.wheel_impact.copy())
     refresh(model, state, work, OptionalWork(implicit=implicit))
@@ -114,24 +111,18 @@ def evaluate(model, state, work, implicit=None, step=STEP):
 
 @pytest.fixture
 def parts(driven_loop):
-    """Model, state and work of the running loop, and the terms of a linearly implicit step."""
-    loop = driven_loop()
-    work = loop.arrays.work
-    return (
-        without_extrapolation(loop.arrays.model, work),
-        loop.arrays.state,
-        work,
-        make_implicit(len(loop.state.angle), WHEELS),
-    )
+    """Return model, state and work of the running loop, and the terms of a linearly implicit step."""
+    model, state, work, _ = driven_loop().arrays
+    return without_extrapolation(model, work), state, work, make_implicit(len(state.angle), WHEELS)
 
 
-def test_forces_are_led_along_the_path_of_the_step(parts, make_scene):
-    """An elastic normal force led over a fraction of a step is that of the position reached by then."""
+def test_forces_are_extrapolated_along_the_path_of_the_step(parts, make_scene):
+    """An elastic normal force extrapolated over a fraction of a step is that of the position there."""
     model, state, work, terms = parts
     laws = make_scene(normal_law="elastic", friction="none").model
     tooth, wheels = model.tooth._replace(law=laws.tooth.law), model.wheels._replace(law=laws.wheels.law)
     model = model._replace(tooth=tooth, wheels=wheels)
-    h = 1e-6  # central: what is left is of third order
+    h = 1e-6  # central differences: an error of third order
     evaluate(model, state, work, terms, h)
     led = ContactList(work).force
     evaluate(model, state, work)
@@ -140,9 +131,7 @@ def test_forces_are_led_along_the_path_of_the_step(parts, make_scene):
     for sign in (-1, 1):
         pin = state.pin.copy()
         pin[:2] += sign * h * pin[2:]
-        angle, wheel_angle = (
-            x + sign * h * v for x, v in ((state.angle, state.rate), (state.wheel_angle, state.wheel_rate))
-        )
+        angle, wheel_angle = state.angle + sign * h * state.rate, state.wheel_angle + sign * h * state.wheel_rate
         evaluate(model, state._replace(pin=pin, angle=angle, wheel_angle=wheel_angle), work)
         there.append(ContactList(work).force)
     change = AHEAD * (there[1] - there[0]) / 2
@@ -180,7 +169,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
 
     momentum_rate = (pins + turned(centre, alpha, state.rate)) @ chain.mass
 
-    # forces: what the contact list holds, and what the accelerations of the step take off
+    # forces: the contact list less the terms of the step's accelerations
     contacts = ContactList(work)
     rows, body, wheel, spoke = contacts.rows, contacts.body, contacts.wheel, contacts.spoke
     assert set(wheel) == {0, 1, 2}

@@ -1,4 +1,4 @@
-"""Orders of the integrators and what they conserve, on a loop without wheels: smooth, spinning, no contacts."""
+"""Orders of the integrators and their closure on a spinning loop without wheels, a smooth motion."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def make_loop(rig, law):
     """A spinning loop of few bodies; bushings so soft that no method is near its limit."""
     changes = {"gravity": 9.81, "bushing__stiffness": 20.0, "bushing__damping": 0.05, "bushing__law": law}
     small = rig.changed(chain__pitches=PITCHES, sensor__pitch=1, bushing__free_angle=-0.5, **changes)
-    # no contact, no rolling resistance: asked for, it makes the kernels those of the default laws
+    # without contact: kernels of the default laws
     drag = "rolling" if law == "hysteretic" else "viscous"
     loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=2e-5, drag=drag))
     # a few modes more than the spin: rates that keep the loop closed
@@ -32,7 +32,7 @@ def make_loop(rig, law):
 
 
 def march_on(loop, integrator, step):
-    """The loop after `SECONDS` in steps that no scene need accept."""
+    """Return the loop after `SECONDS` in steps that a scene may refuse."""
     after = loop.copy()
     parts = after.arrays
     optional = make_optional(parts.model, METHODS[integrator])
@@ -42,14 +42,12 @@ def march_on(loop, integrator, step):
 
 
 def packed(loop):
-    state = loop.arrays.state
-    return np.concatenate(
-        [state.pin, loop.state.angle, loop.state.rate / 10.0, state.maxwell.ravel(), [loop.energy[LOSS]]]
-    )
+    state = loop.state
+    return np.concatenate([state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), [loop.energy[LOSS]]])
 
 
 def derivative(model):
-    """Right-hand side of the exact motion, around the accelerations of the sweep alone."""
+    """Return the right-hand side of the exact motion from the accelerations of the sweep."""
     chain, maxwell = model.chain, model.maxwell
     n = len(chain.length)
     state, work = make_state(n, PITCHES, 1, maxwell=len(maxwell.time)), make_work(n, PITCHES, 1)
@@ -73,17 +71,16 @@ def derivative(model):
 
 @pytest.fixture(scope="module", params=["viscous", "hysteretic"])
 def loop(rig, request):
-    """The loop with either law of the bushings, and its motion to twelve digits."""
+    """Return the loop with either law of the bushings, and its motion to twelve digits."""
     loop = make_loop(rig, request.param)
-    exact = solve_ivp(
-        derivative(loop.arrays.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13
-    )
+    rates, tolerances = derivative(loop.arrays.model), {"rtol": 1e-13, "atol": 1e-13}
+    exact = solve_ivp(rates, (0.0, SECONDS), packed(loop), method="DOP853", **tolerances)
     assert exact.success
     return loop, exact.y[:, -1]
 
 
 def steps(integrator):
-    """Two steps (s) between which the error of a method is neither rounding nor of the next order."""
+    """Return two steps (s) with errors above rounding and below the next order."""
     return (5e-5, 2.5e-5) if METHODS[integrator].order == 1 else (1e-3, 5e-4)
 
 
@@ -93,10 +90,10 @@ def observed_order(errors, lengths):
 
 @pytest.mark.parametrize("integrator", METHODS)
 def test_error_falls_with_the_declared_order(loop, integrator):
-    """Against the motion that another method finds, with what the bushings lose."""
+    """Against the motion by another method, with the loss of the bushings."""
     start, exact = loop
     errors = [np.abs(packed(march_on(start, integrator, h)) - exact).max() for h in steps(integrator)]
-    assert errors[1] > 1e-11  # above what the reference itself lacks
+    assert errors[1] > 1e-11  # above the error of the reference
     assert observed_order(errors, steps(integrator)) == pytest.approx(METHODS[integrator].order, abs=0.2)
 
 
@@ -106,5 +103,5 @@ def test_closure_projected_at_every_step_leaves_no_gap(loop, integrator):
     start, _ = loop
     after = march_on(start, integrator, 1e-4 if METHODS[integrator].order == 1 else 1e-3)
     side = after.model.chain.length * np.array([np.cos(after.state.angle), np.sin(after.state.angle)])
-    # RK4 projects once a step of 1e-3 s: what one step opened, squared, is left
+    # RK4 projects once a step of 1e-3 s, which leaves the square of its gap
     assert np.hypot(*side.sum(axis=1)) < 1.1e-10

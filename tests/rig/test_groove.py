@@ -1,4 +1,4 @@
-"""The ten arcs of a groove: tangent, symmetric, on their circles; and what is refused."""
+"""The ten arcs of a groove: tangent, symmetric, on their circles; refusals."""
 
 from math import asin, cos, degrees, pi, sin, sqrt
 
@@ -11,7 +11,7 @@ from trackdyn.rig.sections import GrooveParameters
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
-# Another groove than the shipped one: every property below must hold for both.
+# a second groove, for which every property must hold, too
 WIDE = {
     "seat_depth": 0.001, "slope_bottom": 25, "slope_low": 0.0, "slope_seat": 30, "slope_tip": 65, "r2": 0.052,
     "r3": 0.033, "r4": 0.030, "r5": 0.045,
@@ -28,7 +28,7 @@ def groove(request, rig):
 
 
 def free_side(groove, area, point):
-    """Unit normal at a point of an area, away from the steel."""
+    """Return the unit normal at a point of an area, out of the steel."""
     outward = (point - groove.centre[area - 1]) / groove.radius[area - 1]
     return outward if groove.convex[area - 1] else -outward
 
@@ -42,12 +42,10 @@ def test_neighbouring_arcs_meet_with_a_common_tangent(groove, area):
 
 def test_table_1_is_mirror_symmetric(groove):
     mirror = np.array([-1.0, 1.0])
-    for left in range(5):
-        right = 9 - left
-        assert (groove.centre[right] == groove.centre[left] * mirror).all()
-        assert (groove.direction[right] == groove.direction[left] * mirror).all()
-        assert groove.radius[right] == groove.radius[left]
-        assert groove.half_angle[right] == groove.half_angle[left]
+    for points in (groove.centre, groove.direction):
+        np.testing.assert_array_equal(points[::-1], points * mirror)
+    for numbers in (groove.radius, groove.half_angle):
+        np.testing.assert_array_equal(numbers[::-1], numbers)
     assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
 
 
@@ -102,34 +100,28 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove, r
 
 
 def closed_walk(lengths, turn: float) -> np.ndarray:
-    """(n, 2) corners, from their mean, of a walk of sides of these lengths that turns by an angle at each corner."""
+    """Return (n, 2) corners, from their mean, of a polygon of sides of these lengths and equal turns."""
     heading = turn * np.arange(len(lengths))
     corners = np.cumsum(lengths * np.array([np.cos(heading), np.sin(heading)]), axis=1).T
     np.testing.assert_allclose(corners[-1], 0, atol=1e-9)
     return corners - corners.mean(axis=0)
 
 
-@pytest.mark.parametrize(
-    ("teeth", "link", "polygon", "thickness", "expected"),
-    [(13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)), (10, 0.0984, 0.208796, 0.05, None)],
-)
+CHAINS = [(13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)), (10, 0.0984, 0.208796, 0.05, None)]
+
+
+@pytest.mark.parametrize(("teeth", "link", "polygon", "thickness", "expected"), CHAINS)
 def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon, thickness, expected):
     """Sides of two lengths that turn by pi / teeth at every pin close after a turn of the sprocket."""
     middle = polygon + thickness / 2
     connector = connector_length(teeth, link, np.hypot(middle, link / 2))
     pins = closed_walk(np.tile([link, connector], teeth), pi / teeth)
     assert np.hypot(*pins.T) == pytest.approx(np.hypot(*pins[0]), rel=1e-9)
-    links = 0.5 * (
-        pins[0::2] + np.roll(pins, 1, axis=0)[0::2]
-    )  # middles of the sides that end at the corners 0, 2, ...
+    links = 0.5 * (pins[0::2] + np.roll(pins, 1, axis=0)[0::2])  # middles of the sides that end at corners 0, 2, ...
     pitch_circle = closed_walk(np.full(teeth, link + connector), 2 * pi / teeth)
     bent = np.exp(2j * pi * np.linspace(0, 1, 20001))  # a circle as long as the chain
-    drawn = {
-        "polygon": np.hypot(*links.T).mean(),
-        "arc": teeth * (link + connector) / np.abs(np.diff(bent)).sum(),
-        "pins": np.hypot(*pins.T).mean(),
-        "chord": np.hypot(*pitch_circle.T).mean(),
-    }
+    drawn = {name: np.hypot(*at.T).mean() for name, at in (("polygon", links), ("pins", pins), ("chord", pitch_circle))}
+    drawn["arc"] = teeth * (link + connector) / np.abs(np.diff(bent)).sum()
     radii = equal_pitch_radii(teeth, link, connector, thickness)
     assert radii == pytest.approx({reading: radius - thickness / 2 for reading, radius in drawn.items()}, abs=1e-8)
     assert radii["polygon"] == pytest.approx(polygon, abs=EXACT)
@@ -137,22 +129,18 @@ def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon,
         assert tuple(radii.values()) == pytest.approx(expected, abs=5e-5)
 
 
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
-        ({"slope_bottom": -6}, "slope_bottom"),
-        ({"slope_low": 26}, "slope_bottom"),
-        ({"slope_seat": -0.6}, "slope_seat"),
-        ({"slope_tip": 20}, "slope_tip"),
-        ({"r2": 0.030}, "r2"),
-        ({"r3": 0.029}, "r3"),
-        ({"r5": 0.020}, "r5"),
-        ({"r2": 0.120}, "slope_tip"),  # the flanks of a tooth cross before its tip
-    ],
-)
-def test_groove_that_is_not_tangent_is_refused(changes, field):
+# the last one: the flanks of a tooth cross before its tip
+NOT_TANGENT = [
+    ("slope_bottom", -6, "slope_bottom"), ("slope_low", 26, "slope_bottom"), ("slope_seat", -0.6, "slope_seat"),
+    ("slope_tip", 20, "slope_tip"), ("r2", 0.030, "r2"), ("r3", 0.029, "r3"), ("r5", 0.020, "r5"),
+    ("r2", 0.120, "slope_tip"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changed", "value", "field"), NOT_TANGENT)
+def test_groove_that_is_not_tangent_is_refused(changed, value, field):
     with pytest.raises(InputError, match=rf"^groove\.{field} = "):
-        wide(**changes)
+        wide(**{changed: value})
 
 
 def test_true_depth_is_the_signed_distance_to_the_profile(rig):
@@ -171,4 +159,4 @@ def test_true_depth_is_the_signed_distance_to_the_profile(rig):
     depth = true_depth(groove, radius, points)
     expected = radius - np.where(below, -distance, distance)
     np.testing.assert_allclose(depth[clear], expected[clear], rtol=0, atol=2e-5)
-    assert (depth[below & clear] > radius).all(), "in the steel deeper than the search sees"
+    assert (depth[below & clear] > radius).all(), "deeper in the steel than the search"

@@ -29,7 +29,7 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
     s = np.concatenate([path.start[:-1], np.linspace(0.01, path.length, 37)])
     before, (_, heading, curvature), after = (path.along(s + shift) for shift in (-step, 0.0, step))
     bend, way = (after[1] - before[1] + pi) % (2 * pi) - pi, after[0] - before[0]
-    # position and heading change by the step alone, also where arcs end
+    # position and heading change by the step only, also where arcs end
     np.testing.assert_allclose(np.hypot(*way.T), 2 * step, rtol=1e-6)
     assert (np.abs(bend) <= 2 * step / 0.25 + 1e-12).all()
     # differences of positions of 1 m over 2e-7 m carry 1e-9

@@ -9,15 +9,13 @@ from trackdyn.simulation.loop import Loop
 
 
 def test_a_running_loop_has_the_tension_of_a_belt():
-    """``T - m v^2`` is what a strand bears with: the idler's spring holds that of both, at any speed.
+    """The idler's spring holds ``T - m v^2`` of both strands at any speed.
 
-    The flow of momentum through a line around the idler: two strands enter and leave it at ``v``. Tensions are those of
-    the joints, ``m v^2`` comes from masses and the sprocket's speed, the force from the spring. A slow motion of the
-    strands across and a record of some thirty pitches are left: a twentieth of ``m v^2``.
+    Momentum flows through a line around the idler with two strands at ``v``. Tensions are those of the joints, masses
+    and the sprocket's speed give ``m v^2``. Slow motion across and a record of some thirty pitches leave a twentieth.
     """
-    rig = load_rig("bench").changed(
-        gravity=0.0, bushing__stiffness=0.0, tension__pre_tension=8000.0, tension__kept="sprung"
-    )
+    changes = {"gravity": 0.0, "bushing__stiffness": 0.0, "tension__pre_tension": 8000.0, "tension__kept": "sprung"}
+    rig = load_rig("bench").changed(**changes)
     missing = {}
     for rpm in (4.0, 150.0):
         loop = Loop(scene_of(rig, rpm, step=4e-5))
@@ -28,9 +26,8 @@ def test_a_running_loop_has_the_tension_of_a_belt():
             middle, force = loop.mass_centres, loop.joint_forces
             free = (middle[:, 0] > -0.75) & (middle[:, 0] < -0.3)
             upper, lower = (np.abs(force[free & side, 0]).mean() for side in (middle[:, 1] > 0, middle[:, 1] < 0))
-            rows.append(
-                upper + lower - (suspensions.preload[0] - suspensions.stiffness[0] * loop.state.suspension["q"][0])
-            )
+            spring = suspensions.preload[0] - suspensions.stiffness[0] * loop.state.suspension["q"][0]
+            rows.append(upper + lower - spring)
         missing[rpm] = np.mean(rows)
     chain = loop.model.chain
     speed = 150.0 / 60 * rig.sprocket.teeth * float(chain.length.sum()) / rig.chain.pitches

@@ -1,4 +1,4 @@
-"""The commands about rigs, as a user has them."""
+"""Commands about rigs."""
 
 import warnings
 
@@ -35,8 +35,8 @@ def test_simulate_needs_no_file(tmp_path, monkeypatch):
     assert meta["scene"]["ring_radius"] == load_rig("paper").sprocket.ring_radius
 
 
-def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypatch):
-    """One that comes by ``like`` from a sprocket of another tooth, through a file between; and none if it fits."""
+def test_an_inherited_groove_for_other_teeth_is_reported(tmp_path, monkeypatch):
+    """One that is inherited from a sprocket of other teeth, also through a second file; none if it fits."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "first.yaml").write_text(
         "like: bench\nchain: {source: x, pitches: 27}\n"
@@ -51,18 +51,18 @@ def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypat
         assert ("the groove is that of " in done.out and "this rig has 15 teeth" in done.out) == reported
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "words"),
-    [
-        ("bench", {}, []),
-        ("bench", {"tension__pre_tension": 0.0}, ["sags by half or more"]),
-        ("bench", {"tension__pre_tension": 20.0}, ["sags by half or more"]),
-        ("bench", {"tension__pre_tension": 1000.0}, ["the longest strand, 1.01 m, sags by 17% of its span"]),
-        ("m113", {}, ["idler and road_5 overlap in the side view"]),
-        ("vehicle", {}, ["the taut chain passes carrier by"]),
-    ],
-)
-def test_what_is_unusual_about_a_rig_is_named(name, changes, words):
+UNUSUAL = [
+    ("bench", {}, []),
+    ("bench", {"tension__pre_tension": 0.0}, ["sags by half or more"]),
+    ("bench", {"tension__pre_tension": 20.0}, ["sags by half or more"]),
+    ("bench", {"tension__pre_tension": 1000.0}, ["the longest strand, 1.01 m, sags by 17% of its span"]),
+    ("m113", {}, ["idler and road_5 overlap in the side view"]),
+    ("vehicle", {}, ["the taut chain passes carrier by"]),
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "words"), UNUSUAL)
+def test_unusual_properties_of_a_rig_are_named(name, changes, words):
     rig = load_rig(name)
     unusual = check(rig.changed(**changes) if changes else rig, settle=False).unusual
     assert len(unusual) == len(words) and all(word in text for word, text in zip(words, unusual, strict=True))

@@ -1,5 +1,6 @@
 """Random layouts: drawn again from their numbers, laid exactly, settled."""
 
+from itertools import combinations
 from math import hypot
 
 import numpy as np
@@ -15,9 +16,7 @@ from trackdyn.simulation.settling import settle
 
 @pytest.mark.parametrize("number", range(25))
 def test_a_drawn_layout_is_laid_exactly(number):
-    """Every wheel is met, no two overlap, the chain runs clockwise on the path of the pins and closes on itself, and a
-    groove stands under a connector: by the pins alone. A layout is drawn again from its number.
-    """
+    """All wheels touch, none overlap, the chain is clockwise, closed, on the path, with a groove under a connector."""
     rig = random_rig(number)
     assert rig == random_rig(number) != random_rig(number + 1)
     single = rig.chain.kind == "single_pin"
@@ -29,19 +28,15 @@ def test_a_drawn_layout_is_laid_exactly(number):
     np.testing.assert_allclose(np.hypot(*np.diff(ends, axis=0).T), lengths, rtol=0, atol=1e-10)
     np.testing.assert_allclose(np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths, 0.0, atol=1e-10)
     turns = np.diff(np.append(laid.angle, laid.angle[0] - 2 * np.pi))
-    # convex: a straight strand turns by rounding alone
+    # convex: a straight strand turns by rounding only
     assert turns.sum() == pytest.approx(-2 * np.pi, abs=1e-10) and (turns < 1e-7).all()
     points = path.along(np.linspace(0, path.length, 20001))[0]
     # as fine as the sampling of the path
     assert max(np.hypot(*(points - pin).T).min() for pin in laid.pins) < path.length / 20001
     circles = wheel_circles(rig, laid.shift, surface=True)
     assert np.abs(circles - wheel_circles(rig, surface=True)).max() <= abs(laid.shift) <= rig.tension.travel
-    apart = [
-        hypot(*(circles[i, :2] - circles[k, :2])) - circles[i, 2] - circles[k, 2]
-        for i in range(len(circles))
-        for k in range(i)
-    ]
-    assert min(apart) > 0
+    pairs = combinations(circles, 2)
+    assert min(hypot(*(one[:2] - other[:2])) - one[2] - other[2] for one, other in pairs) > 0
     if not single:
         middle = 0.5 * (ends[:-1] + ends[1:])[1::2] - circles[0, :2]
         near, pitch = np.hypot(*middle.T) < wheel_circles(rig)[0, 2], 2 * np.pi / rig.sprocket.teeth

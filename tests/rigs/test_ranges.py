@@ -1,4 +1,4 @@
-"""Ranges: one rig has every value within its own, and jointly; the others say which they have outside."""
+"""Ranges: rigs have their values within them, or list those outside."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Every shipped rig settles, runs, keeps its loop closed and its energy balance, and is what its mirror image is."""
+"""Every included rig settles and runs with a closed loop and energy balance; the M113 as in Exudyn."""
 
 import numpy as np
 import pytest
@@ -18,10 +18,10 @@ from trackdyn.simulation.step_check import PIECE
 from trackdyn_replication.peers.comparison import require_exudyn, run_peer
 from trackdyn_replication.study.settings import PEER_LAWS
 
-GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
-ACCOUNT = 2e-2  # share of the energy exchanged: the promise of the time loop
+GAP = 1.1e-10  # m: the paper's, and the rest after one projection a step at these speeds
+OPEN = 2e-2  # share of the energy exchanged that the balance may lack
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)
-# Largest distance of a body from itself, relative to the chain's way: five times what the paper's rig shows there,
+# Largest distance of a body from itself, relative to the chain's way: five times that of the paper's rig there,
 # since other loops are longer and slacker.
 TOLERANCE = 5e-4
 
@@ -46,20 +46,19 @@ def test_the_wheels_carry_the_chain(name, settled):
     loop.energy  # noqa: B018 -- forces of the state as it is
     total = -sum(np.array(chain_force(loop.arrays.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
     weight = loop.model.chain.gravity * loop.model.chain.mass.sum()
-    # the loop is damped to rest, not solved for it: what swings on is a few per cent of the weight, against tensions of
-    # several
+    # the loop is damped to rest, not solved for: strands swing by a few per cent of the weight
     assert total[1] == pytest.approx(weight, rel=0.05)
     assert abs(total[0]) < 0.05 * weight
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
-def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
+def test_it_runs_with_a_closed_loop_and_energy_balance(name, settled):
     loop = settled(name)
     loop.lead_in()
     recording = loop.record(loop.scene.duration, frame_interval=0.01)
     share, exchanged = open_share(recording.energy, loop.model, loop.scene.duration)
     assert recording.gap.max() < GAP
-    assert exchanged > 0 and abs(share) < ACCOUNT
+    assert exchanged > 0 and abs(share) < OPEN
     # wheels that the chain lies on turn with it: rim speed within a tenth of the chain's
     speed = abs(loop.scene.sprocket_rate) * loop.scene.rig.pin_circle
     wheels, force = loop.arrays.model.wheels, np.zeros(len(loop.arrays.model.wheels.x))
@@ -108,11 +107,8 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
 
 
 @pytest.mark.peer
-def test_exudyn_says_the_same():
-    """From rest over the ramp and 0.8 s, for which `TOLERANCE` is: a shorter way is a smaller whole.
-
-    Strands swing across by about a millimetre from the first step on, whatever the way.
-    """
+def test_exudyn_agrees():
+    """From rest over the ramp and 0.8 s; strands swing by about a millimetre from the first step on."""
     try:
         require_exudyn()
     except Exception as missing:

@@ -14,7 +14,7 @@ from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 
 
-def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
+def test_a_wheel_on_an_arm_swings_with_the_period_of_its_spring(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
     model, state, work, _ = loop.arrays
@@ -22,10 +22,8 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     suspensions, k = model.suspensions, 2
     arm = loop.scene.rig.wheels["road_3"].arm
     dx, dy = np.array([loop.scene.rig.wheels["road_3"].x - arm.x, loop.scene.rig.wheels["road_3"].y - arm.y])
-    weight = arm.mass * loop.scene.rig.gravity
-    suspensions = suspensions._replace(
-        damping=0 * suspensions.damping, preload=suspensions.weight * suspensions.along_y
-    )
+    weight, balanced = arm.mass * loop.scene.rig.gravity, suspensions.weight * suspensions.along_y
+    suspensions = suspensions._replace(damping=0 * suspensions.damping, preload=balanced)
     state.suspension[:] = 0.0
     state.suspension["q"][k] = 1e-3
     crossings, before = [], 1e-3
@@ -39,12 +37,12 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     stiffness = arm.stiffness - weight * dy
     expected = 2 * pi * np.sqrt(arm.mass * (dx**2 + dy**2) / stiffness)
     assert period == pytest.approx(expected, rel=1e-3)
-    assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
+    assert abs(weight * dy / arm.stiffness) > 2e-3, "the weight matters"
     assert state.suspension["rate"][k] != 0.0
 
 
 @pytest.mark.parametrize("preload", [0.0, 2000.0])
-def test_a_wheel_on_a_slider_stands_where_its_spring_bears_chain_and_wheel(preload):
+def test_a_slider_settles_where_its_spring_bears_chain_and_wheel(preload):
     slider = {"direction": 90.0, "mass": 20.0, "stiffness": 2e5, "damping": 500.0, "travel": 0.05, "preload": preload}
     loop = Loop(scene_of(load_rig("paper").changed(idler__slider=slider), 0.0))
     contacts = loop.work.contact[: loop.work.count[0]]
@@ -54,7 +52,7 @@ def test_a_wheel_on_a_slider_stands_where_its_spring_bears_chain_and_wheel(prelo
     assert on_links > weight and spring == pytest.approx(on_links + weight, rel=0.01)  # tension is set to so much
 
 
-def test_all_of_them_in_one_loop_keep_the_account():
+def test_all_of_them_in_one_loop_have_a_closed_energy_balance():
     """A tensioner on a spring, a wheel with a surface of its own, arms."""
     rig = load_rig("robot")
     soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
@@ -67,6 +65,6 @@ def test_all_of_them_in_one_loop_keep_the_account():
     assert abs(open_share(recording.energy, loop.model, 0.4)[0]) < 2e-2
 
 
-def test_what_springs_cannot_be_moved_by_is_refused():
-    with pytest.raises(InputError, match=r"integrator = 'rk4'.*wheel front stands on a spring"):
+def test_an_integrator_without_suspensions_is_refused():
+    with pytest.raises(InputError, match=r"integrator = 'rk4'.*wheel front is on a spring"):
         scene_of(load_rig("robot"), integrator="rk4", step=1e-5)

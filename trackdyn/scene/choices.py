@@ -153,10 +153,10 @@ REFUSALS: tuple[Refusal, ...] = (
     ("tension", lambda s: s.tension == "sprung" and not s.stepped,
      "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
     ("space", lambda s: s.carried and s.spatial,
-     "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
+     "wheel {carried} is on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use wheels in the plane and 'planar'"),
     ("integrator", lambda s: s.carried and not s.stepped,
-     "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
+     "wheel {carried} is on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use 'semi_implicit'"),
     ("drag", lambda s: s.drag == "rolling" and s.armless,
      "wheel {armless} has a bearing_drag or bearing_torque and no rolling_arm; use 'viscous', or give it one"),

@@ -104,7 +104,7 @@ class Scene(Choices):
     def __init__(
         self, rig: Rig, motor_rpm: float, ring_radius: Any = FROM_THE_RIG, *, preset: str | None = None, **fields: Any
     ):
-        """Make a scene; `InputError` says which field is not possible."""
+        """Make a scene; `InputError` names an impossible field."""
         if preset is not None:
             bundle = preset_fields(preset)
             if preset == "standard":
