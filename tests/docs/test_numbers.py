@@ -5,27 +5,35 @@ Numbers of results are filled from their tables (`trackdyn_replication.report.fi
 
 import re
 
+import pandas as pd
 import pytest
 import yaml
 
+from laboratory.plausible.distances import SHARES, TIMES
 from laboratory.plausible.settings import load_plausible
 from tests.conftest import ROOT
 from trackdyn import load_rig
 from trackdyn.fieldtest.compare import SPEED_TOLERANCE
 from trackdyn.fieldtest.samples import BRIDGED, BRIDGED_SHARE, HIGHEST_RATE_HZ
 from trackdyn.fieldtest.sensor_mapping import RATES
+from trackdyn.measure import planner
 from trackdyn.measure.contacts import TOUCHING
-from trackdyn.measure.ring_rule import DECIDED, MARGIN_PCT, NARROW, ROUNDS, SPAN, RingRule
+from trackdyn.measure.ring_rule import DECIDED, MARGIN_PCT, NARROW, ROUNDS, SPAN, RingRule, with_tooth_forces
 from trackdyn.measure.spectra import HIGH_HZ
 from trackdyn.rig.rig import parameter_table, shipped_rigs
+from trackdyn.scene.choices import preset
 from trackdyn.scene.rings import TIGHTER, study_radii
+from trackdyn.scene.scene import StopRule
+from trackdyn.simulation import step_check
+from trackdyn.simulation.energy_balance import LARGEST_RESIDUAL
+from trackdyn.simulation.replay import LONGEST_STRETCH
 from trackdyn_replication.certify import NOTHING, RELATIVE
 from trackdyn_replication.paper.published import RADIUS_CHOSEN
 from trackdyn_replication.paper.tracks import RUBBER
 
 DOCUMENTS = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 TEXTS = {path.name: " ".join(path.read_text(encoding="utf-8").split()) for path in DOCUMENTS}
-WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 11: "eleven", 13: "thirteen"}
+WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 11: "eleven", 20: "twenty"}
 RIG, TRACKS = load_rig("paper"), load_plausible(ROOT / "config" / "plausible.yaml")
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
 SLURM = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8"))
@@ -63,8 +71,8 @@ SAID = [
     *of_page(
         "answer.md",
         f"draw {TRACKS.default_draw} of the sample",
-        f"within {TRACKS.engaged.time_s:g} s of 1.29 and 1.31 s",
-        f"within {TRACKS.engaged.share_pct:g} points of 49.2 % of a turn",
+        f"within {TRACKS.engaged.time_s:g} s of {TIMES[False]['right gone']:g} and {TIMES[False]['out']:g} s",
+        f"within {TRACKS.engaged.share_pct:g} points of {SHARES[True]['ring']:g} % of a turn",
     ),
     *of_page(
         "glossary.md",
@@ -92,6 +100,29 @@ SAID = [
         f"a share of {RELATIVE:.0e}, or {NOTHING:.0e} of the largest".replace("e-0", "e-"),
     ),
     *of_page(
+        "show.md",
+        f"`--seconds`: up to {LONGEST_STRETCH:g} s",
+    ),
+    *of_page(
+        "speed-and-accuracy.md",
+        f"linearly implicit at {1e3 * preset('fast')['step']:g} ms",
+        f"semi-implicit Euler at {1e3 * preset('standard')['step']:g} ms, without a ring at "
+        f"{1e3 * preset('standard', ring=False)['step']:g} ms",
+        f"semi-implicit Euler at {1e3 * preset('paper')['step']:g} ms, for the ring study; `reference`: at "
+        f"{1e3 * preset('reference')['step']:g} ms",
+        f"is at most {100 * planner.SETTING_SHARE:g} % of the tolerance",
+        f"a linearly implicit one of {1e3 * planner.IMPLICIT_STEP:g} ms",
+        f"repeats {WORDS[step_check.PIECE]} seconds of every {WORDS[step_check.PIECE_PERIOD]} with a quarter",
+        f"RMS up to {50 * step_check.RMS:g} % and mean peak up to {50 * step_check.PEAKS:g} %",
+        f"more than {100 * step_check.LARGEST_SHARE:g} % of the motion alternates",
+        f"RMS above {100 * step_check.RMS:g} % with an explicit step, or mean peak above {100 * step_check.PEAKS:g} %",
+        f"fewer than {WORDS[step_check.LEAST_PITCHES]} pitches reached the sprocket",
+        f"to {100 * LARGEST_RESIDUAL:g} % of the energy exchanged",
+        f"half widths of {StopRule().share_pct:g} points of a turn for contact durations and "
+        f"{100 * StopRule().force:g} % for forces",
+        f"change by at most {100 * step_check.RECOMMENDED:g} %",
+    ),
+    *of_page(
         "cluster.md",
         f"requests {int(SLURM['default-resources']['mem_mb'].split()[0]) / 1000:g} GB and "
         f"{WORDS[int(SLURM['default-resources']['runtime'].split()[0]) / 60]} hours per job",
@@ -111,6 +142,13 @@ def test_a_typed_number_is_that_of_its_source(page, words):
     assert words in TEXTS[page]
 
 
+def test_the_ring_that_the_readme_prints_is_that_of_the_table():
+    rows = pd.read_csv(ROOT / "docs" / "measured" / "ring_trials.csv").query("track == 'bench' and grid != 'beyond'")
+    radius = RingRule().radius(with_tooth_forces(rows))
+    assert f"trackdyn ring bench --rpm {','.join(f'{rpm:g}' for rpm in rows['rpm'].unique())} " in TEXTS["README.md"]
+    assert f"#> recommended: a ring of radius {radius:.4f} m" in TEXTS["README.md"]
+
+
 def test_the_radius_of_the_paper_is_that_of_the_default_rig_and_the_configuration():
     radii = {
         RADIUS_CHOSEN,
@@ -123,13 +161,16 @@ def test_the_radius_of_the_paper_is_that_of_the_default_rig_and_the_configuratio
 
 TIME = r"((?:\w+ )?(?:minutes?|hours?|s)\b(?: and a half)?|a quarter of an hour|half a minute)"
 # these take the same time wherever they are named; others depend on their options
-COMMANDS = ("make replicate", "make quick", "make test", "make docs", "trackdyn new", "trackdyn rigs", "trackdyn show")
+COMMANDS = (
+    *("make replicate", "make quick", "make test", "make docs", "trackdyn new", "trackdyn rigs", "trackdyn show"),
+    *("trackdyn check my_rig.yaml", "trackdyn ring my_rig.yaml --rpm 115,210"),
+)
 
 
 def times(command):
     """Times that the documents state for a command: behind it in a comment, or in brackets."""
-    pattern = rf"{command}\b[^\n#]*(?:#|\()[^\n;]*[;,] {TIME}"
-    return [m[1] for path in DOCUMENTS for m in re.finditer(pattern, path.read_text(encoding="utf-8"))]
+    pattern = rf"{command}\b[^\n#]*(?:# {TIME}|(?:#|\()[^\n;]*[;,] {TIME})"
+    return [m[1] or m[2] for path in DOCUMENTS for m in re.finditer(pattern, path.read_text(encoding="utf-8"))]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
