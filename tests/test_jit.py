@@ -17,7 +17,7 @@ from trackdyn.sources import KERNEL_SOURCES, kernel_digest
 
 PACKAGE = Path(trackdyn.jit.__file__).parent
 
-# Two kernels in files of their own, beside a copy of the wrapper: the caller holds code of the other one.
+# Two kernels in their own files next to a copy of the wrapper: the caller holds code of the other one.
 INNER = """
 from trackdyn.jit import kernel
 
@@ -65,10 +65,10 @@ def copy(tmp_path):
     (root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
     (root / "chain" / "outer.py").write_text(OUTER)
 
-    def start(*arguments, cache=tmp_path / "cache", **environment):
+    def start(*arguments, code=MAIN, cache=tmp_path / "cache", **environment):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
         return subprocess.Popen(
-            [sys.executable, "-c", MAIN, str(run.root.parent), *arguments],
+            [sys.executable, "-c", code, str(run.root.parent), *arguments],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             # Python's bytecode does not see an edit in the same second that leaves the length of the file
             env=clean | {"TRACKDYN_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": "1"} | environment,
@@ -76,10 +76,10 @@ def copy(tmp_path):
 
     def run(*arguments, process=None, **options):
         process = process or start(*arguments, **options)
-        output, said = process.communicate()
-        assert process.returncode == 0, said
+        output, errors = process.communicate()
+        assert process.returncode == 0, errors
         value, hits, folder = ast.literal_eval(output)
-        return value, hits, Path(folder), said
+        return value, hits, Path(folder), errors
 
     run.root, run.start = root, start
     return run
@@ -93,14 +93,14 @@ def hash_of(root):
     return module.kernel_digest()
 
 
-def kept(folder):
+def code_files(folder):
     return sorted(folder.rglob("*.code"))
 
 
 def test_a_second_process_and_another_copy_of_the_program_find_the_code_of_the_first(copy):
-    value, hits, folder, said = copy()
-    assert (value, hits, said) == (3.0, 0, "")
-    assert kept(folder) and kept(copy.root) == []
+    value, hits, folder, errors = copy()
+    assert (value, hits, errors) == (3.0, 0, "")
+    assert code_files(folder) and code_files(copy.root) == []
     assert copy()[:2] == (3.0, 1)
     copy.root = shutil.copytree(copy.root.parent, copy.root.parents[1] / "other") / "trackdyn"
     os.utime(copy.root / "chain" / "outer.py", (0, 0))
@@ -114,22 +114,22 @@ def test_processes_that_begin_at_once_all_find_the_right_code(copy):
 
 
 def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path):
-    """numba's own choice would be ``__pycache__``, where the caller keeps the old code of what it calls."""
+    """numba's own choice would be ``__pycache__``, where the caller keeps the old code of the called kernel."""
     (tmp_path / "cache").touch()
     for factor in (2.0, 5.0):
         (copy.root / "chain" / "inner.py").write_text(INNER.format(factor=factor))
-        value, hits, _, said = copy(cache=tmp_path / "cache" / "deeper")
+        value, hits, _, errors = copy(cache=tmp_path / "cache" / "deeper")
         assert value == factor + 1.0 and hits == 0
-        assert said.startswith("trackdyn: the cache folder ") and "TRACKDYN_CACHE" in said
-        assert said.count("\n") == 1, "one sentence a process"
-    assert kept(tmp_path) == []
+        assert errors.startswith("trackdyn: the cache folder ") and "TRACKDYN_CACHE" in errors
+        assert errors.count("\n") == 1, "one sentence a process"
+    assert code_files(tmp_path) == []
 
 
 def test_a_damaged_file_is_compiled_again(copy):
     """Cut off, then one byte another; and it is kept anew. LLVM would abort the process."""
     folder = copy()[2]
     for cut in (True, False):
-        for path in kept(folder):
+        for path in code_files(folder):
             content = bytearray(path.read_bytes())
             middle = len(content) // 2
             content[middle] ^= 0xFF
@@ -172,14 +172,14 @@ EDITS = {
 
 
 @pytest.mark.parametrize(("change", "same"), EDITS.values(), ids=EDITS)
-def test_kernels_are_known_by_what_they_do(copy, change, same):
+def test_kernels_are_identified_by_their_code(copy, change, same):
     folder = copy()[2]
     (copy.root / "chain" / "inner.py").write_text(INNER.replace(*change).format(factor=2.0))
-    value, hits, again, said = copy()
-    assert (value, hits, again == folder, said) == ((3.0, 1, True, "") if same else (8.0, 0, False, ""))
+    value, hits, again, errors = copy()
+    assert (value, hits, again == folder, errors) == ((3.0, 1, True, "") if same else (8.0, 0, False, ""))
 
 
-# an edit by another process after `trackdyn.jit` is imported, and what it leaves when the kernel runs
+# an edit by another process after `trackdyn.jit` is imported, which may be undone before the kernel runs
 MEANWHILE = """
 import sys
 from pathlib import Path
@@ -197,11 +197,8 @@ print(both(1.0)[0])
 
 @pytest.mark.parametrize("end", ["edited", "put back"])
 def test_code_of_sources_that_were_edited_meanwhile_is_not_kept(copy, end):
-    meanwhile = subprocess.run(
-        [sys.executable, "-c", MEANWHILE, str(copy.root.parent), end], capture_output=True, text=True,
-        env=os.environ | {"TRACKDYN_CACHE": str(copy.root.parents[1] / "cache"), "PYTHONDONTWRITEBYTECODE": "1"},
-    )  # fmt: skip
-    assert meanwhile.stdout == "8.0\n" and "inner.py was edited after this process began" in meanwhile.stderr
+    output, errors = copy.start(end, code=MEANWHILE).communicate()
+    assert output == "8.0\n" and "inner.py was edited after this process began" in errors
     (copy.root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
     assert copy()[:2] == (3.0, 0)
 
@@ -214,7 +211,7 @@ def test_the_processor_names_the_folder_but_not_the_program(copy):
 
 
 def test_code_of_a_kernel_comes_from_hashed_sources():
-    """What a kernel calls or takes as a constant is in it: it must not come from a file outside the hash.
+    """Functions that a kernel calls and its constants are in it: they must not come from a file outside the hash.
 
     Kernels in other files are seen by numba itself, which knows the file of the function, as long as no other
     kernel uses them.
@@ -240,10 +237,10 @@ def test_code_of_a_kernel_comes_from_hashed_sources():
 def test_code_of_another_signature_is_not_taken(copy):
     """A file that another was copied over, whole as it is."""
     folder = copy()[2]
-    (one,) = (folder / "called").rglob("both-*.code")
+    (of_both,) = (folder / "called").rglob("both-*.code")
     copy("--float")
-    (other,) = (folder / "called").rglob("outer-*.code")
-    shutil.copy(other, one)
+    (of_outer,) = (folder / "called").rglob("outer-*.code")
+    shutil.copy(of_outer, of_both)
     assert copy()[:2] == (3.0, 0)
 
 
@@ -306,16 +303,12 @@ NAMES = {  # with the sentence, or none where kernels only take longer to compil
 
 @pytest.mark.parametrize(("name", "sentence"), NAMES.items(), ids=NAMES)
 def test_a_numba_without_a_name_runs_kernels(copy, name, sentence):
-    said = subprocess.run(
-        [sys.executable, "-c", HIDDEN, str(copy.root.parent), name], capture_output=True, text=True,
-        env=os.environ | {"TRACKDYN_CACHE": str(copy.root.parents[1] / "cache")},
-    )  # fmt: skip
-    assert said.stdout == "3.0\n", said.stderr
+    output, errors = copy.start(name, code=HIDDEN).communicate()
+    assert output == "3.0\n", errors
     if sentence:
-        assert said.stderr.count("\n") == 1 and sentence in said.stderr
-        assert name.split(".")[-1].split(":")[-1] in said.stderr
+        assert errors.count("\n") == 1 and sentence in errors and name.split(".")[-1].split(":")[-1] in errors
     else:
-        assert said.stderr == ""
+        assert errors == ""
 
 
 PRINTING = """
@@ -330,18 +323,22 @@ def inner(x):
 """
 
 
+OUTER_CALLS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from trackdyn.chain.outer import outer
+outer(1.0)
+try: outer(3.0)
+except ValueError as error: print(error)
+"""
+
+
 def test_a_kernel_within_another_prints_and_raises(copy):
     """Both need objects of Python, which machine code finds by the address that the caller stores."""
     (copy.root / "chain" / "inner.py").write_text(PRINTING.format(factor=2.0))
-    run = [
-        sys.executable, "-c", "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from trackdyn.chain.outer import outer\nouter(1.0)\ntry: outer(3.0)\nexcept ValueError as error: print(error)",
-        str(copy.root.parent),
-    ]  # fmt: skip
-    for kept_faces in ((), ("called", "within"), ("within",)):
-        cache = copy.root.parents[1] / "cache"
-        for folder in cache.glob("*/*"):
-            if folder.is_dir() and folder.name not in kept_faces:
+    for remaining in ((), ("called", "within"), ("within",)):
+        for folder in (copy.root.parents[1] / "cache").glob("*/*"):
+            if folder.is_dir() and folder.name not in remaining:
                 shutil.rmtree(folder)
-        said = subprocess.run(run, capture_output=True, text=True, env=os.environ | {"TRACKDYN_CACHE": str(cache)})
-        assert (said.stdout, said.stderr) == ("x = 1.0\nx = 3.0\ntoo large\n", "")
+        printed = copy.start(code=OUTER_CALLS).communicate()
+        assert printed == ("x = 1.0\nx = 3.0\ntoo large\n", "")

@@ -56,15 +56,12 @@ def rig_report(report) -> None:
 
 
 def decisions(scene) -> None:
-    """Print the settings that a scene left open, each with its reason, then the stated ones on one line."""
+    """Print the settings that a scene left open, each with its reason, and the step."""
     from trackdyn.scene.choices import ASKED
 
     for name, decision in scene.fidelity.items():
         if decision.reason != ASKED:
             line(name, f"{decision.setting}: {decision.reason}")
-    requested = [f"{name} {choice.setting}" for name, choice in scene.fidelity.items() if choice.reason == ASKED]
-    if requested:
-        line(ASKED, ", ".join(requested))
     line("step", f"{scene.time_step:.7g} s")
 
 
