@@ -10,7 +10,7 @@ import pytest
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.cells import with_error
 from trackdyn.measure.columns import heading
-from trackdyn.plots.show import geometry, show, signal, work_of
+from trackdyn.plots.show import _page, geometry, show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import replay
@@ -106,6 +106,8 @@ def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
     assert "This is not the recorded run." in text and "by up to 0.001 m" in text
     assert "It is the recorded run" not in text
     assert "It is the recorded run" in " ".join(show(recording, seconds=0.05).text.split())
+    shortened = replace(show(recording, seconds=0.05).stretch, apart=None)  # of a long lead-in
+    assert "s after its start, not the record itself" in _page(recording, shortened, "run")
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(PHONE, "light"), (1400, "dark")])
