@@ -30,13 +30,9 @@ def differences(columns: np.ndarray) -> dict:
 
 def environment(folder: Path = HERE) -> Environment:
     """Return an environment of the templates of a folder and of this one; its global ``style`` is that of all pages."""
-    templates = Environment(
-        loader=FileSystemLoader([folder, HERE]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    spaces = {"trim_blocks": True, "lstrip_blocks": True}
+    loader = FileSystemLoader([folder, HERE])
+    templates = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **spaces)
     templates.filters |= FILTERS
     templates.globals["style"] = (HERE / "page.css").read_text(encoding="utf-8")
     return templates
@@ -45,17 +41,9 @@ def environment(folder: Path = HERE) -> Environment:
 def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **content) -> str:
     """Render a page as HTML: template, scripts and data; ``data["files"]`` are texts for download."""
     files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
-    return (
-        environment(folder)
-        .get_template(template)
-        .render(
-            script="\n".join(file.read_text(encoding="utf-8") for file in files),
-            embedded=packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
-            data=data,
-            files=data["files"],
-            **content,
-        )
-    )
+    content["script"] = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    content["embedded"] = packed(json.dumps(data, allow_nan=False, separators=(",", ":")))
+    return environment(folder).get_template(template).render(data=data, files=data["files"], **content)
 
 
 def packed(text: str) -> str:

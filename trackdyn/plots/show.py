@@ -95,15 +95,10 @@ def show(
 def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
     """Return the page of a run, HTML."""
     measures, work = shown_measures(recording), work_of(recording)
-    decisions = [
-        {
-            "choice": words(name),
-            "here": "left out" if decision.setting == "none" else "modelled",
-            "setting": words(decision.setting),
-            "reason": decision.reason,
-        }
-        for name, decision in recording.scene.fidelity.items()
-    ]
+    decisions = []
+    for name, decision in recording.scene.fidelity.items():
+        here, setting = "left out" if decision.setting == "none" else "modelled", words(decision.setting)
+        decisions.append({"choice": words(name), "here": here, "setting": setting, "reason": decision.reason})
     moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
     tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}
     embedded = {
@@ -139,18 +134,13 @@ def work_of(recording: Recording) -> list[dict]:
     change = dict(zip(ENERGY_NAMES, (recording.energy[-1] - recording.energy[0]).tolist(), strict=True))
     supplied = change["sprocket_work"]
     rows = [("supplied", "sprocket_work", supplied)]
-    rows += [("dissipated", name, change[name]) for name in LOSSES] + [
-        ("stored", name, change[name]) for name in STORED
-    ]
+    rows += [("dissipated", name, change[name]) for name in LOSSES]
+    rows += [("stored", name, change[name]) for name in STORED]
     rows.append(("residual", "numerical error", supplied - sum(value for _, _, value in rows[1:])))
+    percent = [100 * value / supplied if supplied else None for _, _, value in rows]
     return [
-        {
-            "kind": kind,
-            "entry": words(name),
-            "work_j": value,
-            "work_share_pct": 100 * value / supplied if supplied else None,
-        }
-        for kind, name, value in rows
+        {"kind": kind, "entry": words(name), "work_j": value, "work_share_pct": share}
+        for (kind, name, value), share in zip(rows, percent, strict=True)
     ]
 
 
@@ -291,9 +281,5 @@ def shares(stretch: Replay) -> dict | None:
     touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
     left, right, ring = (sampled_shares(area, rig)[1:] for area in touching)
     areas = len(stretch.loop.model.tooth.radius)
-    return {
-        "names": list(SIDE_WORDS),
-        "left": short(left[:areas]),
-        "right": short(right[:areas]),
-        "ring": float(ring[0]),
-    }
+    of_arcs = {"left": short(left[:areas]), "right": short(right[:areas])}
+    return {"names": list(SIDE_WORDS), **of_arcs, "ring": float(ring[0])}

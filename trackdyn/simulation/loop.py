@@ -133,15 +133,10 @@ class Loop:
         DivergenceError
             Also if contacts chatter, or the residual of the energy balance is too large (`check_energy_balance`).
         """
-        requested = self.scene.with_(
-            duration=seconds,
-            pitches=tuple(pitches),
-            frame_interval=frame_interval,
-            contact_log=contact_log,
-            every_link=every_link,
-        )
+        options = {"frame_interval": frame_interval, "contact_log": contact_log, "every_link": every_link}
         with self._exclusive():
-            return Recorder(self, requested).finish().recording()
+            scene = self.scene.with_(duration=seconds, pitches=tuple(pitches), **options)
+            return Recorder(self, scene).finish().recording()
 
     # -- present quantities -------------------------------------------------------------------------------------------
 

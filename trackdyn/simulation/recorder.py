@@ -90,25 +90,16 @@ class Recorder:
         self.samples = round(scene.duration * rate)
         capacity = scene.duration if capacity is None else min(capacity + CHUNK, scene.duration)
         check_memory(scene, capacity)
-        self.done = 0
-        self.begin = loop.time
-        self.wall = 0.0
+        self.done, self.begin, self.wall, self.checked = 0, loop.time, 0.0, checked
         self.ended: list[np.ndarray] = []
-        self.checked = checked
         self.alternating = np.zeros(2)
         loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
-        self.record = make_record(
-            round(capacity * rate),
-            loop.state,
-            len(scene.sensors),
-            scene.recorded_pitches,
-            frames,
-            stride,
-            INTERVALS_A_CHUNK if scene.contact_log else 0,
-        )
+        intervals = INTERVALS_A_CHUNK if scene.contact_log else 0
+        sizes = len(scene.sensors), scene.recorded_pitches, frames, stride, intervals
+        self.record = make_record(round(capacity * rate), loop.state, *sizes)
         self.step_check = StepCheck(scene, loop.model.step)
         if checked:
             self._begin_piece(origin)

@@ -262,15 +262,9 @@ def sources_and_versions() -> tuple[str, dict[str, str]]:
 def provenance(scene: Scene, layout: Layout) -> dict:
     """Return the ``meta`` of a recording: scene, rig, layout, versions and the hash of the sources."""
     described, (sources, versions) = scene.describe(), sources_and_versions()
-    return {
-        "scene": {name: value for name, value in described.items() if name != "rig"},
-        "rig": described["rig"],
-        "rig_name": scene.rig.name,
-        "layout": layout.known(),
-        "sources": sources,
-        "versions": dict(versions),
-        "python": platform.python_version(),
-    }
+    rig = described.pop("rig")
+    program = {"sources": sources, "versions": dict(versions), "python": platform.python_version()}
+    return {"scene": described, "rig": rig, "rig_name": scene.rig.name, "layout": layout.known(), **program}
 
 
 @typed

@@ -253,7 +253,5 @@ def _storable(column: pd.Series) -> pd.Series:
 
 def states_summary(results: pd.DataFrame) -> str:
     """Return the number of rows of each state as text."""
-    counts = results["state"].value_counts()
-    return ", ".join(
-        f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state))
-    )
+    counts = sorted(results["state"].value_counts().items(), key=lambda item: (item[0] != DONE, item[0]))
+    return ", ".join(f"{count} {state}" for state, count in counts)
