@@ -23,7 +23,7 @@ INDEPENDENT = "independent"
 GROUPS = {
     INDEPENDENT: "independent printed numbers",
     "same time": "that repeat a time in other units",
-    "wheels": "that the wheels alone decide",
+    "wheels": "that the wheels decide",
     "ours": "that we infer",
 }
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)

@@ -129,7 +129,7 @@ def chosen_rings(rings: pd.DataFrame, rule: str = HALF) -> pd.DataFrame:
 def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
     """Word the rings to choose on sampled tracks: their count, gain, cost and place; more if not brief."""
     tracks, chosen, by_durations = of_start(rings, HALF), chosen_rings(rings), chosen_rings(rings, DURATIONS)
-    others = [f"{len(chosen_rings(rings, share))} with a share of {share}" for share in OTHER_SHARES]
+    others = [f"with {share} on {len(chosen_rings(rings, share))}" for share in OTHER_SHARES]
     narrow = int((tracks["state"] == NARROW).sum())
     labels = (f"below {FRICTIONS[0]:g}", f"from there to {FRICTIONS[1]:g}", f"above {FRICTIONS[1]:g}")
     bins = pd.cut(tracks["mobilised_friction"], [0.0, *FRICTIONS, np.inf], right=False, labels=labels)
@@ -139,7 +139,7 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
     ]
     sentences = [
         f"{_judged_tracks(tracks)} were run from one start with rings in steps of a millimetre, at 115 and 210 rpm: "
-        f"our rule recommends a ring on {len(chosen)}, on {listed(others)}. "
+        f"our rule, at most {HALF} of the force of a tooth, recommends a ring on {len(chosen)}, {listed(others)}. "
         f"On {narrow} a ring halves the force of a tooth, but not all up to a millimetre above it. "
         f"By the mobilised friction of a ring of 0.308 m there is a choice on {listed(by_friction)}."
     ]
