@@ -1,4 +1,4 @@
-"""The site: `make docs` builds it from these pages, the docstrings and what the command says of itself."""
+"""The site: `make docs` builds it from these pages, the docstrings and the help of the command."""
 
 import json
 import os
@@ -51,10 +51,10 @@ def commands() -> str:
     parts = ["# Commands\n"]
     names = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
     for name in ("", *names):
-        with redirect_stdout(StringIO()) as said:
+        with redirect_stdout(StringIO()) as output:
             app([*name.split(), "--help"], prog_name="trackdyn", standalone_mode=False)
         heading = f"trackdyn {name}".strip()
-        parts.append(f"## {heading}\n\n```text\n{said.getvalue().strip()}\n```\n")
+        parts.append(f"## {heading}\n\n```text\n{output.getvalue().strip()}\n```\n")
     return "\n".join(parts)
 
 
@@ -68,7 +68,7 @@ def columns() -> str:
 
 
 def gallery_page(path: Path, folder: Path) -> str:
-    """A notebook as a page in a folder: its text, its code and its stored outputs; pictures are files beside it."""
+    """A notebook as a page in a folder: its text, its code and its stored outputs; pictures are files next to it."""
     parts = []
     for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
         text = "".join(cell["source"])
@@ -101,7 +101,7 @@ MARKS = {"met": "●", "not met": "○"}
 
 
 def results() -> str:
-    """Statements of the paper beside the rig's values, a row per statement that can be judged."""
+    """Statements of the paper and the rig's values, a row per statement that can be judged."""
     card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     judged = card[card["verdict"].isin(MARKS)]
     rows = []

@@ -12,7 +12,7 @@ BEGIN, END = "<!-- structure -->", "<!-- end of structure -->"
 
 
 def room_of(module: str) -> str | None:
-    """Package and room of a module, such as ``trackdyn.scene``; None for what is not ours or ground."""
+    """Package and room of a module, such as ``trackdyn.scene``; None for other packages and ground."""
     package, _, rest = module.partition(".")
     if package not in PACKAGES or not rest:
         return None

@@ -1,4 +1,4 @@
-"""What a test that runs a page or a notebook begins and ends with: no open figure, whichever ran before it."""
+"""Begin and end of a test that runs a page or a notebook: no open figure, whichever ran before it."""
 
 import pytest
 

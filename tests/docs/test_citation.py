@@ -9,7 +9,7 @@ from tests.conftest import ROOT
 CFF = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
 
 
-def test_bibtex_has_what_the_citation_file_has():
+def test_bibtex_has_the_entries_of_the_citation_file():
     software, article = (ROOT / "CITATION.bib").read_text(encoding="utf-8").split("\n\n")
     for of, entry in ((CFF, software), (CFF["references"][0], article)):
         fields = dict(re.findall(r"^  (\w+) +=\s+\{(.*)\},$", entry, re.MULTILINE))

@@ -13,7 +13,7 @@ from tests.conftest import ROOT
 
 NOTEBOOKS = sorted((ROOT / "docs" / "gallery").glob("*.ipynb"))
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|NaN)(?![\w.])")
-# what short records scatter by between processors; a changed model or a changed cell moves more
+# scatter of short records between processors; a changed model or a changed cell moves more
 SCATTER, ROUNDING = 0.1, 0.05
 
 
@@ -44,10 +44,10 @@ def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "notebook"}
     for number, cell in enumerate(cells(path)):
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
+        output = io.StringIO()
+        with contextlib.redirect_stdout(output):
             exec(compile(cell.source, f"{path.name}[{number}]", "exec"), namespace)
-        assert same(said.getvalue(), printed(cell)), f"{said.getvalue()}\nkept:\n{printed(cell)}"
+        assert same(output.getvalue(), printed(cell)), f"{output.getvalue()}\nkept:\n{printed(cell)}"
         assert len(pyplot.get_fignums()) == pictures(cell.outputs)
         pyplot.close("all")
 

@@ -45,7 +45,7 @@ def of_page(page, *sentences):
     return [(page, " ".join(sentence.split())) for sentence in sentences]
 
 
-SAID = [
+REPEATED = [
     *of_page(
         "choose-a-ring.md",
         f"at every speed and load at most {'half' if RingRule().tooth_force == 0.5 else RingRule().tooth_force} of",
@@ -137,7 +137,7 @@ SAID = [
 ]
 
 
-@pytest.mark.parametrize(("page", "words"), SAID)
+@pytest.mark.parametrize(("page", "words"), REPEATED)
 def test_a_typed_number_is_that_of_its_source(page, words):
     assert words in TEXTS[page]
 

@@ -1,6 +1,6 @@
-"""The pages of docs/ and the README do what they say: blocks run, links, paths and names exist.
+"""The pages of docs/ and the README hold: blocks run, links, paths and names exist.
 
-Every ``python`` block of a page is run as it stands, all blocks of a page in one namespace, in a temporary folder
+Every ``python`` block of a page is run unchanged, all blocks of a page in one namespace, in a temporary folder
 that holds a copy of config/. In ``console`` blocks the lines that begin with ``$ trackdyn`` are run in the
 same folder and in the order of the page; lines below them are what they must print. A block with more than
 its language behind the fence, such as ``python not run``, is shown only.
@@ -21,7 +21,7 @@ from tests.conftest import ROOT, run_command
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# what the user brings or makes: not in the repository
+# files that the user brings or makes: not in the repository
 YOURS = ("logger.yaml", "my_rig.yaml")
 ENDING = re.compile(r"\.\w{1,5}$")
 
@@ -69,7 +69,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def run_console(text, where):
-    """Run the commands of a console block and compare with what stands below them."""
+    """Run the commands of a console block and compare with the lines below them."""
     for command in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
         line, _, expected = command.partition("\n")
         if not line.startswith("trackdyn "):
@@ -88,7 +88,7 @@ RUN_APART = "your-loggers-file.md"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in PAGES if path.name != RUN_APART], ids=name_of)
-def test_page_does_what_it_shows(path, folder, pyplot):
+def test_blocks_of_a_page_run(path, folder, pyplot):
     namespace = {"__name__": "page"}
     for language, line, text in blocks(path, "python", "console"):
         where = f"{name_of(path)}:{line}"
@@ -112,7 +112,7 @@ def readme_script():
     return "\n".join(lines)
 
 
-# The address of the clone is the reader's. What takes minutes is planned; a study of one radius at one speed is one.
+# The address of the clone is the reader's. Commands that take minutes are only planned, but for a study of one radius.
 # Nothing is loaded from an index: packages are those of this environment.
 AROUND = """
 set -e
@@ -152,9 +152,9 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
         text=True,
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    said = " ".join(done.stdout.split())
+    output = " ".join(done.stdout.split())
     printed = re.findall(r"^#> (.+)$", script, re.MULTILINE)
-    assert len(printed) == 3 and [line for line in printed if " ".join(line.split()) not in said] == []
+    assert len(printed) == 3 and [line for line in printed if " ".join(line.split()) not in output] == []
 
 
 def test_the_readme_is_short_and_has_its_first_command_and_the_finding_early():

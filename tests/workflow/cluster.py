@@ -62,12 +62,12 @@ def executable(program: str) -> str | None:
     return shutil.which(program, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
 
 
-def wait_until(true, seconds: float, what: str) -> None:
+def wait_until(true, seconds: float, event: str) -> None:
     """Wait for a condition. Raises `SystemExit`: it did not come true."""
     end = time.monotonic() + seconds
     while not true():
         if time.monotonic() > end:
-            sys.exit(f"{what}: not within {seconds:g} s")
+            sys.exit(f"{event}: not within {seconds:g} s")
         time.sleep(0.1)
 
 
@@ -168,7 +168,7 @@ def swept(folder: Path, slurm: Slurm, cores: int) -> None:
             sys.exit("the sweep on SLURM failed")
     finally:
         driver.kill()
-    # without control groups SLURM says why a job failed in its log alone
+    # without control groups the reason of a failure is only in SLURM's log
     log, ends = (slurm.folder / "slurmd.log").read_text(encoding="utf-8"), {}
     for job, state, memory in slurm.jobs("batch", "all"):
         state = "OUT_OF_MEMORY" if f"StepId={job}.batch exceeded memory limit" in log else state

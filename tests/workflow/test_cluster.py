@@ -77,9 +77,9 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
-    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.csv", RIG, jobs=1)
-    assert alone.state.tolist() == ["done"] * 3 + ["refused"]
-    assert (tmp_path / "alone.csv").read_bytes() == (tmp_path / "r/s.csv").read_bytes()
+    single = sweep(tmp_path / "d.csv", tmp_path / "single.csv", RIG, jobs=1)
+    assert single.state.tolist() == ["done"] * 3 + ["refused"]
+    assert (tmp_path / "single.csv").read_bytes() == (tmp_path / "r/s.csv").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")
     assert "Nothing to be done" in again.stdout + again.stderr
     design.assign(motor_rpm=116).to_csv(tmp_path / "d.csv", index=False)
@@ -107,7 +107,7 @@ def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_r
     assert pd.read_csv(tmp_path / "r.csv").state.tolist() == ["refused"] * 2
 
 
-def test_a_module_without_its_config_says_what_is_missing(tmp_path):
+def test_a_module_without_its_config_names_the_missing_key(tmp_path):
     result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.csv")
     printed = result.stdout + result.stderr
     assert result.returncode == 1 and "sweep: design is missing" in printed and "Traceback" not in printed

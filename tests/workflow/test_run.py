@@ -131,11 +131,11 @@ def test_a_log_ends_with_the_time_of_its_job_and_a_run_with_those_that_took_most
     done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == code, done.stderr
     seconds = re.fullmatch(r"(\d+\.\d) CPU s", (folder / "logs/one.log").read_text().splitlines()[-1])[1]
-    said = [line.split() for line in done.stdout.splitlines()]
-    assert said[-2][:2] == ["1", "jobs"] and said[-1] == [seconds, "logs/one.log"]
+    words = [line.split() for line in done.stdout.splitlines()]
+    assert words[-2][:2] == ["1", "jobs"] and words[-1] == [seconds, "logs/one.log"]
 
 
-def test_what_a_job_compiles_for_a_call_from_python_is_in_its_log_and_at_the_end_of_a_run(folder):
+def test_kernels_that_a_job_compiles_are_in_its_log_and_at_the_end_of_a_run(folder):
     (folder / "one.py").write_text(COMPILES)
     (folder / "go").touch()
     done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
@@ -157,7 +157,7 @@ def test_a_job_whose_run_was_killed_does_not_begin():
 
 
 @pytest.mark.parametrize(
-    ("code", "module", "exit_code", "said"),
+    ("code", "module", "exit_code", "message"),
     [
         (
             "import runpy; runpy.run_path('workflow/run.py', run_name='__main__')",
@@ -173,7 +173,7 @@ def test_a_job_whose_run_was_killed_does_not_begin():
         ),
     ],
 )
-def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, said):
+def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, message):
     """Ctrl-C while a run or one of its jobs still imports."""
     find = f"""
 import os, signal, sys
@@ -186,4 +186,4 @@ class Struck:
 sys.meta_path.insert(0, Struck())
 """
     done = subprocess.run([sys.executable, "-c", find + code], cwd=ROOT, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (exit_code, said)
+    assert (done.returncode, done.stderr) == (exit_code, message)
