@@ -282,6 +282,7 @@ def machine() -> dict:
 
 
 def main() -> None:
+    """Measure, print and store the costs."""
     parser = argparse.ArgumentParser(description="Measure the cost of the simulator and write it as JSON.")
     parser.add_argument("--out", type=Path, default=Path("results/benchmarks/cost.json"), help="file to write")
     parser.add_argument("--repeats", type=int, default=5, help="repeats of every timing (default 5)")

@@ -168,6 +168,7 @@ IRREGULAR = {"axes": "axis", "pitches": "pitch"}  # fields of repeatable options
 
 
 def option_of(field: str) -> str:
+    """Return the option of a field."""
     return f"--{IRREGULAR.get(field, field)}"
 
 

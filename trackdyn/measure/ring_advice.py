@@ -210,7 +210,7 @@ def _by_durations(rings: pd.DataFrame, durations: DurationRule) -> str:
 
 
 def _worst(rows: pd.DataFrame) -> str:
-    """What the force of a tooth is at the speed where it is the largest share."""
+    """Word the force of a tooth at the speed where its share is largest."""
     if rows["tooth_ratio"].isna().any():
         return f"is not known at {condition_name(rows[rows['tooth_ratio'].isna()].iloc[0])}"
     row = rows.loc[rows["tooth_ratio"].idxmax()]

@@ -93,6 +93,8 @@ class Claim(Section):
 
 
 class Claims(Section):
+    """File of claims: sentences of the paper by number, and their statements."""
+
     sentences: dict[int, str]
     claims: Annotated[list[Claim], Field(min_length=1)]
 

@@ -54,7 +54,7 @@ def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
 
 
 def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
-    """What plausible tracks say: tables ``sentences``, ``map``, ``draws``, ``mobilised`` and ``rings``."""
+    """Word the results of plausible tracks: tables ``sentences``, ``map``, ``draws``, ``mobilised`` and ``rings``."""
     share = share_of_tracks(track_rows(tables["sentences"]), FREE, ENGAGED)
     low, other = creep_counts(tables["map"], FREE)
     friction = mobilised(tables["mobilised"], RUBBER[0])
@@ -190,7 +190,7 @@ def neighbours_free(near: pd.DataFrame) -> str:
 
 
 def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
-    """What neighbours of the default rig lose of the sentences that it meets (``plausible_near.csv``)."""
+    """Word the losses of neighbours of the default rig, of the sentences that it meets (``plausible_near.csv``)."""
     others, met = near[near["rig"] > 0], judged.loc[judged["verdict"] == MET, "number"].astype(int).astype(str)
     judged_names = others.columns[others.notna().any()]
     lost = [

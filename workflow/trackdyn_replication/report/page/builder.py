@@ -247,7 +247,7 @@ def _html(paragraphs: list[str]) -> str:
 
 
 def embedded_picture(path: Path) -> dict:
-    """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
+    """Return a picture as a data address with its size in pixels, with the few colours that line drawings need."""
     rare = Image.Quantize.MAXCOVERAGE  # keeps the colour of a few marks; a median cut makes them grey
     with Image.open(path) as image:
         inches = image.width / image.info.get("dpi", (DPI,))[0]
