@@ -15,12 +15,16 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster clean numba-oldest numba-newest
 
+# $(call timed,name,command): says what the step took at its last end on this machine, and what it took now
+timed = @if test -f $(VENV)/took-$(1); then echo "$(1): $$(cat $(VENV)/took-$(1)) s the last time"; fi; begin=$$(date +%s); \
+    $(2) && took=$$(($$(date +%s) - begin)) && echo $$took > $(VENV)/took-$(1) && echo "$(1): took $$took s"
+
 replicate: $(READY)
-	$(BIN)/python workflow/run.py -j$(JOBS)
+	$(call timed,replicate,$(BIN)/python workflow/run.py -j$(JOBS))
 	@echo "open results/report.html in a browser"
 
 quick: $(READY)
-	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml
+	$(call timed,quick,$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml)
 	@echo "open results/quick/report.html in a browser"
 
 test: $(READY)
@@ -43,7 +47,7 @@ lint: $(READY)
 	$(BIN)/mypy
 
 docs: $(READY)
-	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_site
+	$(call timed,docs,$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_site)
 
 gallery: $(READY)
 	$(BIN)/jupyter execute --inplace --NotebookClient.record_timing=False docs/gallery/*.ipynb
@@ -66,13 +70,14 @@ lock: $(READY)
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
 	$(PYTHON) -m venv $(VENV)
+	@echo "installing $$(grep -c == requirements.lock) packages"
 	if $(BIN)/python -c 'import platform as p, sys; sys.exit(p.python_implementation() != "CPython" or sys.version_info >= (3, 14) or sys.platform not in ("linux", "darwin"))'; then \
-	    $(BIN)/python -m pip install --quiet --no-deps --no-compile --require-hashes --requirement requirements.lock && \
+	    $(BIN)/python -m pip install --progress-bar off --no-deps --no-compile --require-hashes --requirement requirements.lock && \
 	    $(BIN)/python -m pip install --quiet --no-deps --editable .; \
 	else \
 	    echo "requirements.lock is for CPython 3.11 to 3.13 on Linux and macOS; here its versions are taken, unverified" && \
 	    sed -n 's/^\([a-z0-9._-]*==[^ ]*\).*/\1/p' requirements.lock > $(VENV)/versions.txt && \
-	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,docs,peers,cluster]'; \
+	    $(BIN)/python -m pip install --progress-bar off --constraint $(VENV)/versions.txt --editable '.[test,docs,peers,cluster]'; \
 	fi
 	touch $(READY)
 

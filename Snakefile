@@ -17,6 +17,7 @@ ROOT = Path(str(workflow.current_basedir))
 # The workflow runs from its own folder, with or without the packages installed elsewhere.
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
+from trackdyn_replication.paper.contents import OWN
 from trackdyn_replication.pipeline.config import check_layers, read_layer, ring_name
 from trackdyn_replication.study.settings import STUDIES, longest_step, measured_scenes, parts_of, promised_scenes
 from trackdyn_replication.study.variants import SETTINGS

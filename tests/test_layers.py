@@ -27,7 +27,7 @@ ROOMS = {
         "__init__", "__main__",
     ),
     "trackdyn_replication": (
-        "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
+        "__init__", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
     "laboratory": ("__init__", "plausible", "report"),
 }  # fmt: skip
@@ -115,6 +115,13 @@ def test_a_module_imports_only_lower_ones(module):
             assert other not in CORNERS or f"{package}.{room}" in CORNERS[other], name
             allowed = COMPUTING.get(room) if package == "trackdyn" else None
             assert allowed is None or other in allowed | sys.stdlib_module_names, name
+
+
+def test_every_room_is_there():
+    assert {package: {*rooms} for package, rooms in ROOMS.items()} == {
+        package: {room for module in MODULES for owner, room in [room_of(module)] if owner == package}
+        for package in FOLDERS
+    }
 
 
 def test_no_module_imports_itself_by_a_detour():

@@ -291,19 +291,6 @@ def test_a_file_of_an_older_date_is_another_file(pretended, names, readers, othe
     assert readers | {"manifest"} <= due.keys() and other not in due
 
 
-def test_a_claim_with_a_measure_that_is_none_is_refused_before_anything_runs(pretended):
-    with pretended.edited(
-        {"config/claims.yaml": in_place_of("measure: rms_against_experiment", "measure: rms_against_experimemt")}
-    ):
-        code, said = snakemake(pretended.folder, *pretended.targets, root=pretended.root)
-    assert (
-        code
-        and "config/claims.yaml: claim " in said
-        and "'rms_against_experimemt' is not a measure; did you mean 'rms_against_experiment'?" in said
-    )
-    assert "Traceback (most recent call last)" not in said
-
-
 def test_a_comment_makes_nothing_due(pretended):
     names = ("trackdyn/contact/laws.py", "trackdyn/measure/metrics.py", "workflow/trackdyn_replication/paper/claims.py")
     assert all((pretended.root / name).is_file() for name in names)

@@ -95,13 +95,15 @@ def load(recording) -> None:
 def measures(recording, rows: list[dict]) -> None:
     """Print the measures of a recording (`metrics.shown_measures`), and those that need a longer one."""
     from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
-    from trackdyn.measure.metrics import needed_lengths
+    from trackdyn.measure.metrics import needed_lengths, unknown_step_errors
 
     for row in rows:
         number, sensor = plain(with_error(row["value"], row["half_width"])), row.get("sensor")
         line(f"{number} {row['unit']}", f"{row['measure']}{f' ({sensor})' if sensor else ''}")
     if any(row["half_width"] for row in rows):
         line("+-", HALF_WIDTH)
+    if unknown := ", ".join(row["measure"] for row in rows if row["name"] in unknown_step_errors()):
+        line("no +-", f"{unknown}: the error of the step is not known until the study `default_step` has run")
     for name, seconds in needed_lengths(recording).items():
         line("left out", f"{name} need a record of {seconds:.3g} s or more")
 

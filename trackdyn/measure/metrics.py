@@ -7,7 +7,7 @@ from re import fullmatch
 
 import numpy as np
 
-from trackdyn.measure.catalogue import BY_COLUMN
+from trackdyn.measure.catalogue import BY_COLUMN, CATALOGUE
 from trackdyn.measure.columns import SHOWN, described
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.estimators import Sensed, meshing_summary, sensor_metrics
@@ -116,6 +116,12 @@ def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
         return hypot(error, ratio * step_error[scene.ring_radius is None] * size) if value else error
 
     return total
+
+
+def unknown_step_errors() -> list[str]:
+    """Return the columns of measures that have a standard error but no known error of the step."""
+    estimated = (measure.column for measure in CATALOGUE if measure.text and measure.has_error)
+    return [column for column in estimated if not any(fullmatch(name, column) for name in STEP_ERRORS)]
 
 
 def needed_lengths(recording: Recording) -> dict[str, float]:

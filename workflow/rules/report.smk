@@ -34,6 +34,8 @@ rule animation:
 # The page waits for the studies that every run has (`default_studies`), and for all if the target `studies` asks for them. Others
 # that lie in the results are shown as those of an earlier run.
 OF_STUDIES = {name: list(getattr(rules, name).output) for name in STUDIES}
+# rules of our own figures and tables, which belong to every run; the study of the ring's tangential force is of the paper's rig
+OF_OWN = sorted({item.rule for item in OWN} - {*STUDIES, *([] if CONFIG.is_paper else ["grip_figure"])})
 
 
 rule page:
@@ -44,6 +46,7 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         rules.peer.output if CONFIG.peers else [],
+        [list(getattr(rules, name).output) for name in OF_OWN],
         [*TRACKS.values()] if CONFIG.is_paper else [],
         lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"

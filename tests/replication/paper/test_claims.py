@@ -15,7 +15,6 @@ from trackdyn_replication.paper.claims import (
     COLUMNS,
     JUDGED,
     MET,
-    NO_TEST,
     NOT_COMPARABLE,
     NOT_MET,
     judge,
@@ -34,7 +33,6 @@ from trackdyn_replication.paper.scorecard import (
     missed_numbers,
     other_numbers,
     outside_sentence,
-    radius_sentence,
     sentence_verdicts,
     statements_by_label,
     verdict_line,
@@ -417,35 +415,6 @@ def test_each_rule_ends_where_it_says(name, share, verdict):
     )  # fmt: skip
     e.metrics.loc[here, f"{side}_share_pct"] = share
     assert judge(CLAIMS[name], e).verdict == verdict
-
-
-@pytest.mark.parametrize(
-    ("radius", "radii", "words"),
-    [
-        ("0.308", "0.308, 0.308", "a radius of 0.308 m. Our rule takes the smallest ring"),
-        (
-            "0.308",
-            "0.307, 0.308",
-            "a radius of 0.308 m. For one speed alone it would be 0.307 m at 115 rpm and 0.308 m at 150 rpm.",
-        ),
-        (
-            "no value",
-            "no value, 0.308",
-            "every speed. For one speed alone it would be none at 115 rpm and 0.308 m at 150 rpm.",
-        ),
-        ("no value", "no value, no value", "For one speed alone it would be none at 115 and 150 rpm. Our rule"),
-    ],
-)
-def test_one_radius_is_said_for_all_speeds(radius, radii, words):
-    card = pd.DataFrame(
-        [
-            ["one", "C26", "a", "0.308", radius, "115, 150", NOT_MET],
-            ["one", "C26", "c", "0.308", radii, "115, 150", NO_TEST],
-        ],
-        columns=["rig", "id", "part", "printed", "measured", "speeds", "verdict"],
-    )
-    said = radius_sentence(card)
-    assert words in said and said.endswith("The paper chooses 0.308 m and states no rule.")
 
 
 def test_a_maximum_has_one_reading_and_others_decide_nothing():

@@ -11,7 +11,6 @@ from trackdyn_replication.paper.claims import (
     INDEPENDENT,
     JUDGED,
     MET,
-    NO_VALUE,
     NOT_COMPARABLE,
     NOT_MET,
     VERDICTS,
@@ -24,8 +23,7 @@ from trackdyn_replication.paper.tracks import (
     track_rows,
 )
 
-# of the ring to choose: one for all speeds, one for each, and one for all by the durations of contacts
-RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS = "C26a", "C26c", "C26d"
+RADIUS = "C26a"  # of the ring to choose
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 
@@ -145,37 +143,6 @@ def failed_rows(card: pd.DataFrame, judged: pd.DataFrame) -> list[dict]:
 def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
     """Group sentences by the number of their conclusion."""
     return list(judged.groupby(judged["sentence"].str.extract(CONCLUSION, expand=False)))
-
-
-def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
-    """Word the ring to choose, for all speeds and for each, and why; the paper's choice but for an ``own`` rig."""
-    measured = (card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED, RADIUS_BY_DURATIONS))
-    row, by_speed, by_durations = (rows.iloc[0] if len(rows) else None for rows in measured)
-    if row is None or row["verdict"] not in JUDGED:
-        return "Without a ring study of enough radii no radius is chosen."
-    rule = (
-        "Our rule takes the smallest ring with which the largest force of a tooth is at most half of that without a "
-        "ring, at every speed."
-    )
-    if by_durations is not None:
-        radius = by_durations["measured"]
-        rule += (
-            " By durations, right arcs below 0.5 % of a turn and left ones at most a tooth's share of it plus 2 %, it "
-            f"would be {'none' if radius == NO_VALUE else f'{radius} m'}."
-        )
-    paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
-    by_rpm = ""
-    if by_speed is not None and "," in str(by_speed["measured"]):
-        radii, rpms = str(by_speed["measured"]).split(", "), str(by_speed["speeds"]).removesuffix(".0").split(", ")
-        speeds: dict[str, list[str]] = {}  # that a radius is chosen at
-        for radius, rpm in zip(radii, rpms, strict=True):
-            speeds.setdefault("none" if radius == NO_VALUE else f"{radius} m", []).append(rpm)
-        if set(speeds) != {f"{row['measured']} m"}:
-            chosen = listed([f"{radius} at {listed(rpm)} rpm" for radius, rpm in speeds.items()])
-            by_rpm = f" For one speed alone it would be {chosen}."
-    if row["measured"] == NO_VALUE:
-        return f"No radius of the study serves at every speed.{by_rpm} {rule}{paper}"
-    return f"The recommended ring has a radius of {row['measured']} m.{by_rpm} {rule}{paper}"
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame | None = None) -> str:

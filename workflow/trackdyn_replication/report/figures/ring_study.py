@@ -33,10 +33,10 @@ def creep_figure(study: pd.DataFrame, grips: pd.DataFrame) -> Figure:
                 ax.plot(1e3 * group["ring_radius_m"], group[f"{side}_share_pct"], **look, label=f"{rpm:g} rpm")
         for ax in column:
             ax.axvline(1e3 * published.RADIUS_WITHOUT_RIGHT_CONTACT, **PRINTED, linewidth=0.6, zorder=1)
-            ax.set_ylim(bottom=-0.5)
         column[1].set_xlabel("radius of the ring (mm)")
     for ax, side in zip(axes[:, 0], ("left", "right"), strict=True):
         ax.set_ylabel(f"{side} arc (% of a turn)")
+        ax.set_ylim(bottom=-0.5)  # not before: it ends the scaling to the data of the row
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 

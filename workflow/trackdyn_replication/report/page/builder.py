@@ -32,7 +32,6 @@ from trackdyn_replication.paper.scorecard import (
     failed_rows,
     number_rows,
     outside_sentence,
-    radius_sentence,
     statements_by_label,
     waiting_sentence,
 )
@@ -112,7 +111,7 @@ def build_page(
 
 def _sections(sections: Mapping[str, Mapping], shown: Mapping[str, dict]) -> list[dict]:
     """Return sections of `PAGE`, each with its ``entries`` and the ``missing`` items that a study would make."""
-    of_studies = {item.key: item for item in OF_STUDIES}
+    of_studies = {item.key: item for item in (*OWN, *OF_STUDIES) if item.rule in STUDIES}
     return [
         {
             "id": name,
@@ -159,17 +158,11 @@ def check_sources(recordings: Iterable[Path]) -> int:
 
 
 def _card(results: Path, tracks: Mapping[str, str] | None) -> dict | None:
-    """Return the answer, and the paper's statements by figure or table; without ``tracks`` only the ring to choose."""
+    """Return the answer, and the paper's statements by figure or table; without ``tracks`` the rig's name."""
     if not (results / "claims.csv").is_file():
         return None
     card = pd.read_csv(results / "claims.csv", dtype={"part": str})
-    about = {
-        "rig": card["rig"].iloc[0],
-        "ring": _html([radius_sentence(card, tracks is None)]),
-        "said": {},
-        "numbers": [],
-        "known": "",
-    }
+    about = {"rig": card["rig"].iloc[0], "said": {}, "numbers": [], "known": ""}
     if tracks is None:
         return about
     judged, numbers = (pd.read_csv(results / f"{name}.csv") for name in ("sentences", "printed_numbers"))
