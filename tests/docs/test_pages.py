@@ -15,12 +15,15 @@ import sys
 import sysconfig
 
 import pytest
+import typer.main
 
 from tests.conftest import ROOT, run_command
+from trackdyn.commands.cli import app
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+COMMANDS = typer.main.get_command(app).commands
 # files that the user brings or makes: not in the repository
 YOURS = ("logger.yaml", "my_rig.yaml")
 ENDING = re.compile(r"\.\w{1,5}$")
@@ -58,6 +61,26 @@ def shell_lines(path):
                 words.pop(0)
             if words:
                 yield words
+
+
+def trackdyn_lines(path):
+    """Words of the commands of ours in shell blocks, console blocks and inline code."""
+    yield from (words for words in shell_lines(path) if words[0] == "trackdyn")
+    console = (line[2:] for *_, text in blocks(path, "console") for line in text.splitlines() if line[:2] == "$ ")
+    inline = (code for code in inline_code(path) if re.match(r"trackdyn [a-z]+ \S", code))
+    yield from (words for line in (*console, *inline) if (words := shlex.split(line))[0] == "trackdyn")
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_commands_have_the_options_and_arguments_that_they_name(path):
+    for _, name, *words in trackdyn_lines(path):
+        if "--help" in words:
+            continue
+        try:
+            COMMANDS[name].make_context(name, words)  # reads the words, and runs nothing
+        except Exception as error:
+            # a text may leave out the arguments
+            assert type(error).__name__ == "MissingParameter", f"trackdyn {name} {words}: {error}"
 
 
 @pytest.fixture
