@@ -33,9 +33,7 @@ def run(rig):
 
 def test_a_tolerance_is_asked_of_measures_that_every_link_gives_alone():
     """Not of one of a sensor's record with a name, but no series; those of today stay."""
-    added = (
-        'CATALOGUE = (Measure("crest", "crest_error", "1", "peak over RMS", name="crest", sensed=lambda s: s.of(max)), '
-    )
+    added = 'CATALOGUE = (acceleration("crest", "1", "peak over RMS", lambda s: s.of(max), Studied("crest", "crest")), '
     source = inspect.getsource(catalogue).replace("CATALOGUE = (", added)
     exec(compile(source, "catalogue", "exec"), names := {"__name__": "catalogue"})
     assert "crest" in names["NAMED"] and "crest" in names["RELATIVE"]
@@ -99,7 +97,7 @@ def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(
     assert np.isnan(total_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
     assert total_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
     # a measure whose step error is unknown is said to be (`console.measures`)
-    for name in (measure.column for measure in CATALOGUE if measure.text and measure.has_error):
+    for name in (measure.column.name for measure in CATALOGUE if measure.column.text and measure.column.has_error):
         assert np.isnan(whole(name, 1.0, 0.0)) == (name in unknown_step_errors()), name
 
 

@@ -52,7 +52,7 @@ rule {0}:
 """
 CAPTION = "  {0}:\n    {0}:\n      title: {1}\n      text: What it shows.\n"
 MEASURE = """ACCELERATION += (
-    Measure("tilt_g", "tilt_error_g", "g", "tilt of mine", shown=True, compared=True, sensed=lambda s: s.of(s.mean)),
+    acceleration("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),
 )
 """
 # a file, a place in it (empty: its end), and the text that comes there

@@ -138,7 +138,7 @@ def test_a_bound_kept_by_less_than_three_errors_is_not_decided():
 def test_a_friction_drive_is_named():
     free = study(with_force(210.0, 0.306, 0.0))
     sentences = advice(free, RULE, DURATIONS)
-    assert "friction drive: no tooth is touched at 210 rpm, the ring drives alone" in sentences
+    assert "friction drive: no tooth is touched at 210 rpm, only the ring drives" in sentences
     touched = "0.304 to 0.305 m (2 radii, up to 1 mm apart); 0.307 to 0.308 m (2 radii, up to 1 mm apart)"
     assert f"a tooth is touched, at every speed: {touched}" in sentences
 

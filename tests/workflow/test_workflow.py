@@ -263,7 +263,7 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
 
 
 def test_a_measure_reruns_the_studies_whose_rows_are_measures_and_no_other_run(pretended):
-    added = in_place_of("OTHERS = (", 'OTHERS = (Measure("sway_g", "a sum", "g", "sway"),')
+    added = in_place_of("OTHERS = (", 'OTHERS = (Measure(Column("sway_g", "a sum", "g", "sway")),')
     with pretended.edited({"trackdyn/measure/catalogue.py": added}):
         due = pretended.due()
     studies = {"fidelity_setting", "trade_promises", "trade_scene"}

@@ -129,7 +129,9 @@ def answer(answer) -> None:
 
     for name, estimate in answer.measures.items():
         message = "converged" if answer.reached[name] else "tolerance not reached"
-        line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {NAMED[name].text_unit}  {message}")
+        line(
+            name, f"{plain(with_error(estimate.value, estimate.half_width))} {NAMED[name].column.text_unit}  {message}"
+        )
     line("+-", HALF_WIDTH)
     recorded = len(answer.recording.time) / answer.recording.rate
     line("left out, recorded (s)", f"{answer.transient:.3g}, {recorded:.4g}")

@@ -118,17 +118,17 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     signal, slow = sensed_at(recording, min(record.rate, recording.rate)), record.averaged(recording.rate)
     with naming(record.path):
         own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
-    measures = [measure for measure in ACCELERATION if measure.compared]
-    columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column for measure in measures)]}
+    measures = [measure for measure in ACCELERATION if measure.column.shown or not measure.column.text]
+    columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column.name for measure in measures)]}
     degrees = {}
     for side, ay, hz, at, clipped in (
         ("simulation", signal.ay, loop_hz, signal.rate, signal.clipped),
         ("sensor", slow.ay, own_hz, slow.rate, record.clipped),
     ):
         sensed = Sensed(ay, at, hz)
-        values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
+        values = [(at, np.nan), (clipped, np.nan), *(measure.estimator(sensed) for measure in measures)]
         columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
-        degrees[side] = [0, 0, *(sensed.degrees(measure.column) for measure in measures)]
+        degrees[side] = [0, 0, *(sensed.degrees(measure.column.name) for measure in measures)]
     table, total = pd.DataFrame(columns), total_errors(recording.scene)
     scatters = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
     simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)

@@ -11,16 +11,20 @@ from trackdyn.model.arrays import SIDE_WORDS, SIDES
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))
-SHOWN = (*(measure.column for measure in CATALOGUE if measure.shown), *_DICTIONARY["shown"])  # printed with a run
+SHOWN = (
+    *(measure.column.name for measure in CATALOGUE if measure.column.shown),
+    *_DICTIONARY["shown"],
+)  # printed with a run
 # columns of metrics.csv: type, unit, description, standard error or the reason why there is none (None for errors)
 METRIC_COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
 for _measure in CATALOGUE:
-    if _measure.text:
-        _over = "over revolutions of the loop" if _measure in ACCELERATION else "by batch means over passages"
-        _column = "number", _measure.unit, _measure.text
-        METRIC_COLUMNS[_measure.column] = (*_column, _measure.error)
-        if " " not in _measure.error:
-            METRIC_COLUMNS.setdefault(_measure.error, (*_column[:2], f"standard error {_over}: {_measure.text}", None))
+    _column = _measure.column
+    if _column.text:
+        METRIC_COLUMNS[_column.name] = "number", _column.unit, _column.text, _column.error
+        if _column.has_error:
+            _over = "over revolutions of the loop" if _measure in ACCELERATION else "by batch means over passages"
+            _error = "number", _column.unit, f"standard error {_over}: {_column.text}", None
+            METRIC_COLUMNS.setdefault(_column.error, _error)
 # published tables: the columns that identify a row, then type, unit and description of every column
 TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], METRIC_COLUMNS)}
 TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY["tables"].items()}
@@ -50,8 +54,8 @@ def heading(column: str, change: bool = False) -> str:
         return HEADINGS[column]
     if side in SIDES and rest in HEADINGS:
         return f"{SIDE_WORDS[SIDES.index(side)]}, {HEADINGS[rest]}"
-    if column in NAMED and NAMED[column].words:
-        return NAMED[column].words + (f" ({'% of a turn' if column in SHARES else '%'})" if change else "")
+    if studied := column in NAMED and NAMED[column].studied:
+        return studied.words + (f" ({'% of a turn' if column in SHARES else '%'})" if change else "")
     for ending, unit in UNITS.items():
         before, separator, after = f"_{column}_".partition(f"_{ending}_")
         if separator:

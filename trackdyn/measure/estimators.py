@@ -56,8 +56,9 @@ class Sensed:
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     """Return the columns of the `catalogue` of a y acceleration ay (g), each before its standard error (`Sensed`)."""
     sensed, row = Sensed(ay, rate, loop_hz), {}
-    for measure in (measure for measure in ACCELERATION if measure.text):
-        row[measure.column], row[measure.error] = measure.sensed(sensed)
+    for column, estimator, _ in ACCELERATION:
+        if column.text:
+            row[column.name], row[column.error] = estimator(sensed)
     return row
 
 
@@ -78,10 +79,10 @@ def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Serie
         mean = force.sum() / max(count, 1)
         rows |= {"square_n2": square, "variance_n2": square - 2 * mean * force + mean**2}
         rows["square_in_contact_n2"] = ratio_values(rows["square_n2s"], rows["touching_s"])
-        for measure in of_side:
-            values = measure.visits(rows)
+        for column, passages, _ in of_side:
+            values = rows[passages.values]
             values = values[~np.isnan(values)]
-            measures[measure.column] = Series(values, np.arange(len(values)), measure.root)
+            measures[column.name] = Series(values, np.arange(len(values)), passages.root)
     return measures
 
 
@@ -98,12 +99,12 @@ def meshing_summary(recording: Recording) -> dict:
     count, series = len(table["passage"]), contact_series(table, recording.periods.loop)
     summary: dict = {"passages": count}
     for k, (side, measures) in enumerate(OF_SIDES.items()):
-        for measure in measures:
-            values = series[measure.column]
-            if measure.has_error:
-                summary[measure.column], summary[measure.error], _ = values.estimate()
+        for column, *_ in measures:
+            values = series[column.name]
+            if column.has_error:
+                summary[column.name], summary[column.error], _ = values.estimate()
             else:
-                summary[measure.column] = float(values.values.max()) if count else NAN
+                summary[column.name] = float(values.values.max()) if count else NAN
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_TOUCH_PCT)

@@ -7,7 +7,7 @@ from re import fullmatch
 
 import numpy as np
 
-from trackdyn.measure.catalogue import BY_COLUMN, CATALOGUE
+from trackdyn.measure.catalogue import ACCELERATION, BY_COLUMN, CATALOGUE, Passages
 from trackdyn.measure.columns import SHOWN, described
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.estimators import Sensed, meshing_summary, sensor_metrics
@@ -93,9 +93,9 @@ def _degrees(recording: Recording, passages: int) -> Callable[[str], int]:
 
     def degrees(column: str) -> int:
         measure = BY_COLUMN.get(column)
-        if measure and measure.sensed:
+        if measure in ACCELERATION:
             return sensed.degrees(column)
-        return batches_of(passages if measure and measure.visits else whole)[1] - 1
+        return batches_of(passages if measure and isinstance(measure.estimator, Passages) else whole)[1] - 1
 
     return degrees
 
@@ -112,7 +112,7 @@ def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
 
     def total(column: str, value: float, error: float) -> float:
         step_error = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
-        size = BY_COLUMN[column].size(value) if column in BY_COLUMN else abs(value)
+        size = BY_COLUMN[column].column.size(value) if column in BY_COLUMN else abs(value)
         return hypot(error, ratio * step_error[scene.ring_radius is None] * size) if value else error
 
     return total
@@ -120,7 +120,7 @@ def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
 
 def unknown_step_errors() -> list[str]:
     """Return the columns of measures that have a standard error but no known error of the step."""
-    estimated = (measure.column for measure in CATALOGUE if measure.text and measure.has_error)
+    estimated = (column.name for column, *_ in CATALOGUE if column.text and column.has_error)
     return [column for column in estimated if not any(fullmatch(name, column) for name in STEP_ERRORS)]
 
 

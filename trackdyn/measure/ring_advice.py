@@ -1,4 +1,4 @@
-"""What a ring study says to a person: the ring to choose, why, its price and its wear, or why no ring serves."""
+"""Advice from a ring study: the ring to choose, its reason, price and wear, or the reason why no ring serves."""
 
 import pandas as pd
 
@@ -24,7 +24,7 @@ WITHOUT = "of that without a ring"
 
 
 def held_for(study: pd.DataFrame, rule: RingRule, rig: Rig) -> str:
-    """Return the loads for which the advice on a study of a rig holds, and the drag of the track beside them.
+    """Return the loads for which the advice on a study of a rig holds, and the drag of the track in addition.
 
     The drag (N) is the motor's power over the speed of the chain less the load, with the ring to choose or without one.
     """
@@ -32,10 +32,10 @@ def held_for(study: pd.DataFrame, rule: RingRule, rig: Rig) -> str:
     rows = study[study["ring_radius_m"].isna() if chosen != chosen else study["ring_radius_m"] == chosen]
     speed = rows["rpm"].map(lambda rpm: rig.pitch / Periods.at(rig, rpm).passage)
     drag = (rows["motor_power_w"] / speed - rows["load_n"]).dropna()
-    beside = f"its own drag, {_span(drag)} N" if len(drag) else "its own drag"
+    own = f"its own drag, {_span(drag)} N" if len(drag) else "its own drag"
     if loads == [0.0]:
-        return f"this holds for a track that pulls nothing: the motor overcomes {beside}"
-    return f"this holds for loads of {listed([f'{load:g}' for load in loads])} N on the chain, beside {beside}"
+        return f"this holds for a track that pulls nothing: the motor overcomes {own}"
+    return f"this holds for loads of {listed([f'{load:g}' for load in loads])} N on the chain, in addition to {own}"
 
 
 def _everywhere(study: pd.DataFrame) -> str:
@@ -66,19 +66,19 @@ def advice(
         windows(rows.groupby(rings["ring_radius_m"]).all().to_dict())
         for rows in (rings["right_share_pct"] < TOUCHING, rings["tooth_peak_n"] > 0)
     )
-    for name, found in (
+    for name, radii in (
         (f"force of a tooth at most {rule.tooth_force:g} {WITHOUT}", windows(rule.kept(study))),
         (f"right arc free, below {TOUCHING:g} % of a turn", free),
         ("a tooth is touched", driven),
     ):
-        sentences.append(f"{name}, {_everywhere(study)}: {'; '.join(map(str, found)) or 'no radius'}")
+        sentences.append(f"{name}, {_everywhere(study)}: {'; '.join(map(str, radii)) or 'no radius'}")
     others = (f"{_radius(radius)} with {share:g}" for share, radius in rule.band(study).items())
     sentences.append(f"with another share instead of {rule.tooth_force:g} the rule recommends {', '.join(others)}")
     return [*sentences, _by_durations(rings, durations)]
 
 
 def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
-    """Sentences on a ring that serves."""
+    """Return sentences on a ring that serves."""
     radii = sorted(table["ring_radius_m"].dropna().unique())
     rows = table[table["ring_radius_m"] == chosen].sort_values(conditions(table))
     sentences = [f"recommended: a ring of radius {chosen:.4g} m"]
@@ -103,7 +103,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
             else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
         )
     if untouched := [condition_name(row) for row in rows[rows["tooth_peak_n"] == 0].itertuples()]:
-        sentences.append(f"friction drive: no tooth is touched at {listed(untouched)}, the ring drives alone")
+        sentences.append(f"friction drive: no tooth is touched at {listed(untouched)}, only the ring drives")
     sentences.append(_price(table, rows))
     if "mobilised_friction" in rows and rows["mobilised_friction"].notna().any():
         sentences.append(
@@ -115,7 +115,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
 
 
 def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
-    """Sentence on the force of a tooth with a ring that is soft or hard in shear."""
+    """Return a sentence on the force of a tooth with a ring that is soft or hard in shear."""
     words = []
     for row in grips.sort_values("shear_stiffness").itertuples():
         force = "no result" if row.tooth_ratio != row.tooth_ratio else f"{row.tooth_ratio:.2f} {WITHOUT}"
@@ -129,7 +129,7 @@ def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
 
 
 def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
-    """Sentence on what a ring costs: tension, sliding work and power beside those without a ring."""
+    """Return a sentence on the price of a ring: tension, sliding work and power with it and without a ring."""
     by = conditions(table)
     bare = rows[by].merge(table[table["ring_radius_m"].isna()], on=by, how="left")
     words = [f"tension of the strand {_span(rows['tension_ratio'])} times that without a ring"]
@@ -145,7 +145,7 @@ def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
 
 
 def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) -> str:
-    """Sentence on the wear after which a ring no longer keeps the bound."""
+    """Return a sentence on the wear after which a ring no longer keeps the bound."""
     worn = 1e3 * (chosen - window.first)
     if window.below != window.below:
         return f"wear: the bound is kept by every smaller ring of the study, for {worn:.2g} mm"
@@ -155,7 +155,7 @@ def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) ->
 
 
 def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
-    """Sentences on why no ring serves."""
+    """Return sentences on the reason why no ring serves."""
     rings = table.dropna(subset="ring_radius_m")
     worst = rule.worst(table)
     bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} {_everywhere(table)}"
@@ -165,15 +165,15 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     row = least.loc[least["tooth_ratio"].idxmax()]
     arc = max(ARCS, key=lambda arc: row[f"{arc}_peak_n"])
     sentences = []
-    if kept := windows(rule.kept(table)):
-        widest = max(kept, key=lambda window: window.last - window.first)
+    if serving := windows(rule.kept(table)):
+        widest = max(serving, key=lambda window: window.last - window.first)
         if rule.wear and widest.last - widest.first < rule.wear:
             width = 1e3 * (widest.last - widest.first)
             why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {width:.2g} mm"
         else:
-            beside = rings[rings["ring_radius_m"] == widest.above]
-            why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {_worst(beside)}"
-        sentences.append(f"no ring of these serves: {'; '.join(map(str, kept))} keep {bound}, but {why}")
+            next_larger = rings[rings["ring_radius_m"] == widest.above]
+            why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {_worst(next_larger)}"
+        sentences.append(f"no ring of these serves: {'; '.join(map(str, serving))} keep {bound}, but {why}")
         if widest.last - widest.first < NARROW:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")
     else:
@@ -199,7 +199,7 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
 
 
 def _by_durations(rings: pd.DataFrame, durations: DurationRule) -> str:
-    """Sentence on the ring by the durations of the paper, and the force of a tooth with it."""
+    """Return a sentence on the ring by the durations of the paper, and the force of a tooth with it."""
     bounds = (
         f"right arc below {TOUCHING:g} %, left arc at most a tooth's share of a turn and {durations.margin:g} points"
     )
@@ -226,7 +226,7 @@ def _radius(radius: float) -> str:
 
 
 def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd.DataFrame:
-    """Return rows of `with_tooth_forces`, by speed, of the rings to compare; ``ring`` says which each is.
+    """Return rows of `with_tooth_forces`, by speed, of the rings to compare, named in ``ring``.
 
     These are no ring, the one to choose and its neighbours, a millimetre or more away where there are such, the one by
     durations, and the one with the least force of a tooth.

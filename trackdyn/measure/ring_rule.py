@@ -1,4 +1,4 @@
-"""Which ring to choose: by the force of a tooth over that without a ring, and, as the paper argues, by durations.
+"""Rules to choose a ring: by the force of a tooth over that without a ring, and, as the paper argues, by durations.
 
 Bounds do not depend on which radii a study has, so that no end of their range moves them.
 """
@@ -18,12 +18,12 @@ from trackdyn.measure.contacts import TOUCHING
 # The radii above the smallest one that must serve, too, as a share of its own: a millimetre at 0.3 m, the paper's step.
 # A radius that serves between others that do not is a dip of a curve that is not monotonic, and moves with the grid.
 SPAN = 1 / 300
-# Gap between a radius that serves and one that does not, m, to which a study is refined around its choice, in at most
-# so many steps.
+# Gap between a radius that serves and one that does not, m, to which a study is refined around its choice, and most
+# steps of refinement.
 NARROW, ROUNDS = 5e-4, 3
 ROUNDED = 5  # decimals of a radius that is added, m
 DECIDED = 3.0  # standard errors by which a bound must be kept
-OTHER_FORCES = (0.3, 0.7)  # shares of which the choice is said, too
+OTHER_FORCES = (0.3, 0.7)  # further shares of which the choice is reported
 # Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
 # connectors that drive one after the other touch at least.
 MARGIN_PCT = 2.0
@@ -38,7 +38,7 @@ TOOTH_COLUMNS = (
     "tension_ratio",
 )
 WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
-COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # what a choice weighs
+COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # weighed by a choice
 RULE_COLUMNS = (
     *(f"{arc}_{name}" for arc in ARCS for name in ("share_pct", "peak_n", "peak_error_n", "rms_n")),
     "ring_peak_n",
@@ -47,7 +47,7 @@ RULE_COLUMNS = (
 
 
 def conditions(study: pd.DataFrame) -> list[str]:
-    """Return the columns of a study that say under what a ring runs: the speed (rev/min), and the load (N) if any."""
+    """Return the columns of a study with the conditions of a run: speed (rev/min), and load (N) if any."""
     return [name for name in ("rpm", "load_n") if name in study]
 
 
@@ -58,7 +58,7 @@ def condition_name(row) -> str:
 
 
 def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
-    """Return a study with the force of a tooth, and what it is of that without a ring at the same speed and load.
+    """Return a study with the force of a tooth, and its ratio to that without a ring at the same speed and load.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class _Smallest:
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
         """Return whether a ring can be chosen, by its radius (m): one that was run at every speed and load.
 
-        Bounds are kept by so many standard ``errors``, where the rule knows them.
+        Bounds are kept by this number of standard ``errors``, where the rule knows them.
         """
         by, kept = conditions(study), self.kept(study, errors)
         count, runs = len(study.drop_duplicates(by)), study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"]
@@ -182,7 +182,7 @@ class RingRule(_Smallest):
         return f"tooth_peak_n <= {self.tooth_force:g} of that without a ring, smallest{wear}"
 
     def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring keeps the bound, by so many standard ``errors``, by its radius (m)."""
+        """Return whether a ring keeps the bound by a number of standard ``errors``, by its radius (m)."""
         rings = with_tooth_forces(study).dropna(subset="ring_radius_m")
         keeps = rings["tooth_ratio"] + errors * rings["tooth_ratio_error"].fillna(0.0) <= self.tooth_force
         return keeps.groupby(rings["ring_radius_m"]).all().to_dict()
@@ -207,23 +207,23 @@ class RingRule(_Smallest):
         return float(min((radius for radius in serves if serves[radius]), default=float("nan")))
 
     def refined(self, study: pd.DataFrame) -> list[float]:
-        """Return radii, m, by which a study would say more of its choice; empty if that is known to `NARROW`.
+        """Return radii, m, that would refine the choice of a study; empty if that is known to `NARROW`.
 
         Inside the gap below the choice, and below the window that it may wear through; without a choice, inside the
-        gaps beside windows that are too narrow, or beside the ring that is nearest to the bound. Radii at most `SPAN`
+        gaps next to windows that are too narrow, or to the ring that is nearest to the bound. Radii at most `SPAN`
         apart from the smallest that it may wear to, to `SPAN` above it.
         """
         radii = sorted(study["ring_radius_m"].dropna().unique())
-        serves, found = self.serving(study), windows(self.kept(study))
+        serves, all_windows = self.serving(study), windows(self.kept(study))
         chosen, more = self.radius(study), list[float]()
         gaps = list[tuple[float, float]]()
         if chosen == chosen:
-            window = next(window for window in found if chosen in window.radii)
+            window = next(window for window in all_windows if chosen in window.radii)
             below = [radius for radius in radii if radius < chosen]
             if below and not serves[below[-1]]:
                 gaps.append((below[-1], chosen))
             gaps.append((window.below, window.first))
-        for window in found:
+        for window in all_windows:
             if chosen != chosen:
                 gaps.append((window.below, window.first))
             if window.last - window.first <= max(2 * NARROW, self.wear) and (
@@ -233,13 +233,13 @@ class RingRule(_Smallest):
             # where it would be the smallest that has worn by as much
             if self.wear and window.first + self.wear <= window.last:
                 more.append(window.first + self.wear + 0.5 * 10**-ROUNDED)
-        if not found and len(least := self.worst(study)):
+        if not all_windows and len(least := self.worst(study)):
             near = radii.index(least.idxmin())
             gaps = list(pairwise(radii[max(near - 1, 0) : near + 2]))
         for low, high in gaps:
-            parts = ceil((high - low) / NARROW - 1e-9) if high - low > NARROW else 1
+            count = ceil((high - low) / NARROW - 1e-9) if high - low > NARROW else 1
             # three at once cost as much as two in turn, and no second start of processes
-            more += [low + (high - low) * k / parts for k in range(1, parts)] if parts <= 3 else [(low + high) / 2]
+            more += [low + (high - low) * k / count for k in range(1, count)] if count <= 3 else [(low + high) / 2]
         if chosen == chosen:
             spanned = [radius for radius in radii if chosen - self.wear <= radius <= chosen * (1 + SPAN)]
             if self.wear:

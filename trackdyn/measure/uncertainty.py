@@ -341,7 +341,7 @@ def error_against(series: Series, limit: Limit) -> tuple[float, float]:
 
 
 # Largest differences of the included rigs at their default steps from the limit at a step of zero, with rings and
-# without one, by columns of a run, over `catalogue.Measure.size`. The study `default_step` writes this file.
+# without one, by columns of a run, over `catalogue.Column.size`. The study `default_step` writes this file.
 STEP_ERRORS = {
     columns: (float(with_ring), float(without_ring))
     for columns, with_ring, without_ring in csv.reader(

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SCALES, TOLERATED
+from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SCALES, SERIES, TOLERATED
 from trackdyn.measure.sensor import sensor_signal
 from trackdyn.measure.spectra import high_passed
 from trackdyn.measure.uncertainty import NAN, Estimate, Series, ratio_values
@@ -115,11 +115,10 @@ class Links:
 def series(recording: Recording, names: Collection[str] = TOLERATED) -> dict[str, Series]:
     """Return the measures (`catalogue.TOLERATED`) of a record with every link, by passage, if they have values."""
     links = Links(recording)
-    estimators = {name: measure.series for name, measure in NAMED.items() if name in names and measure.series}
     return {
-        name: values._replace(scale=SCALES.get(NAMED[name].kind))
-        for name, estimator in estimators.items()
-        if (values := estimator(links)) is not None
+        name: values._replace(scale=SCALES.get(NAMED[name].column.kind))
+        for name, estimator in SERIES.items()
+        if name in names and estimator and (values := estimator(links)) is not None
     }
 
 
@@ -144,7 +143,7 @@ def work_measures(recording: Recording) -> dict[str, float]:
     values: dict[str, float] = {}
     for name, measure in work_series(recording).items():
         value, error, _ = measure.estimate()
-        values |= {name: value, BY_COLUMN[name].error: error}
+        values |= {name: value, BY_COLUMN[name].column.error: error}
     return values
 
 

@@ -52,7 +52,9 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
         line = {"setting": setting, "CPU s": group["cpu_s"].mean()}
         for name in ERRORS:
             pair = (worst.get((name, bare)) for bare in (False, True))
-            line[NAMED[name].short] = "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
+            line[NAMED[name].studied.short] = "/".join(
+                "–" if pd.isna(value) else significant(value, 2) for value in pair
+            )
         lines.append(line)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)
@@ -94,7 +96,7 @@ def departures_text(rows: pd.DataFrame) -> str:
             unchanged.append(name)
         else:
             lines.append([f"`{name}`", *cells])
-    table = _markdown(pd.DataFrame(lines, columns=["setting", *(NAMED[name].short for name in DEPARTURES)]))
+    table = _markdown(pd.DataFrame(lines, columns=["setting", *(NAMED[name].studied.short for name in DEPARTURES)]))
     others = (
         f"{words}: {', '.join(f'`{name}`' for name in names)}."
         for words, names in (("No change", unchanged), ("Not possible", lost))

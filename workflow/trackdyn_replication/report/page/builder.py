@@ -135,7 +135,7 @@ def _planner(results: Path) -> dict | None:
         for name in ("tolerance", "achieved_error"):
             row[f"{name}_pct"] = None if row[name] is None else 100 * row[name]
         measure = NAMED[row["measure"]]
-        row["measure"] = measure.words + (" (of a turn)" if measure.kind == "turns" else "")
+        row["measure"] = measure.studied.words + (" (of a turn)" if measure.column.kind == "turns" else "")
     return {
         "rows": [{name: row[name] for name in PROMISED if name in row} for row in planner],
         "scenes": "; ".join(dict.fromkeys(row["scene"] for row in planner)),

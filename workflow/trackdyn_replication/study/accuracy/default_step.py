@@ -34,7 +34,7 @@ KNOWN = 0.5
 TURNS = 2.5  # turns of the sprocket in a record of all links: some whole passages
 FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
 # columns of a run for measures of all links (`measure.whole_loop.series`); other measures are columns already
-OF_LINKS = {name: NAMED[name].column for name in SENSED} | {"line": "line_g"}
+OF_LINKS = {name: NAMED[name].column.name for name in SENSED} | {"line": "line_g"}
 
 
 def measures_of(recording: Recording) -> dict[str, Series]:
@@ -42,7 +42,7 @@ def measures_of(recording: Recording) -> dict[str, Series]:
     of_links = answers_of(recording)
     measures = {column: of_links[name] for name, column in OF_LINKS.items()}
     contacts = contact_series(passage_arrays(recording), recording.periods.loop)
-    contacts = {name: measure for name, measure in contacts.items() if BY_COLUMN[name].has_error}
+    contacts = {name: measure for name, measure in contacts.items() if BY_COLUMN[name].column.has_error}
     for name, measure in contacts.items():  # a side that hardly touches has no meaningful force
         share = contacts[f"{name.partition('_')[0]}_share_pct"].values
         if len(share) and share.mean() >= TOUCHING:
@@ -80,9 +80,9 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float
 
 
 def known_errors(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return rows whose error is known to half of itself (`KNOWN`), with its ``size``, a fraction of `Measure.size`."""
+    """Return rows whose error is known to half of itself (`KNOWN`), with its ``size``, over `Column.size`."""
     known = rows[rows["uncertainty"] < KNOWN * rows["error"].abs()]
-    scale = np.array([BY_COLUMN[row.measure].size(row.limit) for row in known.itertuples()])
+    scale = np.array([BY_COLUMN[row.measure].column.size(row.limit) for row in known.itertuples()])
     return known.assign(size=known["error"].abs() / scale, uncertainty=known["uncertainty"] / scale)
 
 

@@ -28,7 +28,7 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     """Return measures of a record by name (`measure.catalogue`), without sign; NaN if undefined."""
     row = sensor_metrics(sense(recording).ay, recording.rate, recording.periods.loop_hz) | meshing_summary(recording)
     row |= {"loop_gap_max_m": float(recording.gap.max()), "energy_residual": energy_residual(recording)}
-    return {name: abs(row[measure.column]) for name, measure in NAMED.items()}
+    return {name: abs(row[measure.column.name]) for name, measure in NAMED.items()}
 
 
 def answers_of(recording: Recording) -> dict[str, Series]:
