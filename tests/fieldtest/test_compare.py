@@ -1,4 +1,4 @@
-"""A record beside a sensor's whose loop turns faster, as the synthetic one of 210 rpm does."""
+"""Comparison with a sensor's record whose loop turns faster, as that of the synthetic one of 210 rpm does."""
 
 import re
 from dataclasses import replace

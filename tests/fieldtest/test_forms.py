@@ -1,4 +1,4 @@
-"""One signal in the forms of many loggers: each is read as what it is, from a file and as a DataFrame, or refused."""
+"""One signal in the forms of many loggers, from files and DataFrames: each is read as this signal, or refused."""
 
 import io
 
@@ -82,7 +82,7 @@ FORMS = {
         {"group": "node=2,kind=ACC", "axes": {"ay": "y"}, "unit": "g"},
     ),
     "nodes as pandas writes them": (NODES.replace(",1,", ",1.0,").replace(",4,2,", ",4,2.0,"), {"group": "node=2"}),
-    "a node beside its stamps": (NODES.replace(",4,2,", ",4,8,"), {"group": "8"}),
+    "a node that is a stamp, too": (NODES.replace(",4,2,", ",4,8,"), {"group": "8"}),
     # whole numbers and words that are of no other sensor
     "counts of other axes": (
         table("t_ms,X,Y,Z", lambda k, t, a: f"{8 * k},{NOISE[k]},{a},{NOISE[-k] // 4}"),
@@ -90,7 +90,7 @@ FORMS = {
     ),
     "a rate of turn": (table("t_ms,gz_dps,ay_g", lambda k, t, a: f"{8 * k},{round(5 * a) + NOISE[k] // 8},{a}"), {}),
     "a counter that begins again": (table("t_s,n,ay_g", lambda k, t, a: f"{t:.3f},{k % 16},{a}"), {}),
-    "a counter beside coarse stamps": (
+    "a counter and coarse stamps": (
         table("t_s,n,ay_g", lambda k, t, a: f"{k // 3 * 0.024:.3f},{k % 16},{a}"),
         {"time": "none", "rate": 125},
     ),
@@ -216,7 +216,7 @@ def test_stamps_in_ms_of_another_rate_do_not_count_the_rows():
 
 @pytest.mark.parametrize(("value", "zero"), [(0, 0), (-1, 0), (0, 512)])
 @pytest.mark.parametrize("every", [20, 90])
-def test_errors_of_a_bus_within_the_range_are_said(value, zero, every):
+def test_errors_of_a_bus_within_the_range_are_doubted(value, zero, every):
     rng = np.random.default_rng(6)
     counts = np.round(256 * FAST) + zero
     here = rng.random(counts.size) < 1 / every
@@ -251,7 +251,7 @@ def test_an_index_of_rows_is_no_time():
         (-9999, 1e-3, {"unit": "mg"}), (65535, 1 / 512, {"scale": 512, "zero": 2048}), (-9999, 1.0, {"unit": "g"}),
     ],
 )  # fmt: skip
-def test_values_that_stand_alone_are_no_samples(mark, unit, options, rows, tmp_path):
+def test_values_far_from_all_others_are_no_samples(mark, unit, options, rows, tmp_path):
     values = np.round(AY / unit + options.get("zero", 0), 4 if unit == 1 else 0)
     values[rows] = mark
     path = tmp_path / "record.csv"
@@ -286,14 +286,14 @@ def test_several_marks_are_none_of_the_signal():
     assert np.abs(read_sensor(frame.assign(ay_mg=np.where(np.abs(ay) > 5000, np.nan, ay)), LONGEST).ay).max() < 2
 
 
-def test_a_signal_that_wraps_says_so(tmp_path):
+def test_a_signal_that_wraps_is_doubted(tmp_path):
     (tmp_path / "record.csv").write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{(a + 0.6) % 1.2 - 0.6:.4f}"))
     (doubt,) = read_sensor(tmp_path / "record.csv").doubts
     assert "wraps at the end of its range" in doubt
 
 
 def test_equal_values_of_a_fast_record_are_not_a_sensor_that_hangs():
-    """In steps of 4 mg a slow wave stands for tens of rows of 25.6 kHz, which last 3 ms."""
+    """In steps of 4 mg a slow wave keeps its value for tens of rows of 25.6 kHz, which last 3 ms."""
     t = np.arange(60_000) / 25_600
     ay = np.round(np.sin(7 * t) / 0.004) * 0.004 + 0.004 * (np.arange(t.size) % 2) * (np.abs(np.cos(7 * t)) > 0.05)
     assert not read_sensor(pd.DataFrame({"t_s": t, "ay_g": ay})).doubts
@@ -324,7 +324,7 @@ def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
 @pytest.mark.parametrize("before", [0, 2.5, 8])
 @pytest.mark.parametrize("after", [0, 4])
 @pytest.mark.parametrize("noise", [0.003, 0.03])
-def test_a_record_that_begins_or_ends_at_rest_says_what_leaves_it_out(before, after, noise, tmp_path):
+def test_a_record_that_begins_or_ends_at_rest_names_the_option_that_leaves_it_out(before, after, noise, tmp_path):
     rng, rate = np.random.default_rng(2), 250
     t = np.arange(3000) / rate
     moving = np.sin(1.6 * t) + 0.4 * np.sin(150 * t) * (1 + np.cos(1.6 * t)) + 0.1 * rng.normal(size=t.size)

@@ -114,7 +114,7 @@ DEFECTS = {
         {"start": 0.003},
     ),
     "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
-    "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
+    "equal stamps": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
     "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g", "range: G")),
     "constant": (wave(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)), ("'ay_g'", "0.98 in every row")),
@@ -277,13 +277,13 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     )
     refused(path, ["no column 'ch9' for ay", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch9"}))
     refused(path, ["no column 'ch9' for ax", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch2", "ax": "ch9"}))
-    # a stated unit wins over the header, and that is said
+    # a stated unit wins over the header, and is noted
     record = read_sensor(path, mapping.model_copy(update={"unit": "m/s2"}))
     np.testing.assert_allclose(record.ay[:2] * 9.81, [-1.0, -1.01])
     assert "ay = -column 3 'ch2 (g)' in m/s2 as stated, not in g as in the file" in record.done["columns"]
     record = read_sensor(write(path, CLEAN.replace("ay_g", "ay (mV)")), SensorMapping(scale=100))
     np.testing.assert_allclose(record.ay[:2], [0.01, 0.0101])
-    np.testing.assert_array_equal(record.az, -0.2)  # its header says g, and nobody said otherwise of az
+    np.testing.assert_array_equal(record.az, -0.2)  # its header states g, and no option another unit of az
     assert "in counts of 1/100 g as stated, not in mv as in the file" in record.done["columns"]
 
 
@@ -363,12 +363,12 @@ def test_other_forms_are_read(name, tmp_path):
     record = read_sensor(write(tmp_path / "record.csv", text), load_mapping(**options))
     np.testing.assert_allclose(record.ay, AY, atol=0.5 / 68 if "zero" in name else 1e-6)
     assert record.rate == pytest.approx(1000)
-    said = "; ".join(record.done.values())
-    assert all(word in said for word in words) and ("left out" in said) == ("words below" in name), said
+    notes = "; ".join(record.done.values())
+    assert all(word in notes for word in words) and ("left out" in notes) == ("words below" in name), notes
 
 
 @pytest.mark.parametrize("comma", [False, True])
-def test_signs_between_thousands_are_read_beside_a_decimal_sign(comma, tmp_path):
+def test_signs_between_thousands_are_read_with_a_decimal_sign(comma, tmp_path):
     milli = [-1451.25, 506.5, 12.25, 1592.0, -0.5, 1001.75]
     text = "t_ms;ay_mg\n" + "".join(f"{1000 + k:,.1f};{value:,.2f}\n" for k, value in enumerate(milli))
     text = text.translate(str.maketrans(",.", ".,")) if comma else text
@@ -397,7 +397,7 @@ def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
     assert record.ay.size == t.size
 
 
-def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
+def test_jitter_is_resampled_on_request_and_its_size_noted(tmp_path):
     rng = np.random.default_rng(3)
     t = np.arange(5000) / 1000 + rng.uniform(-2e-4, 2e-4, 5000)
     path = stamped(tmp_path / "record.csv", t - t[0], 6)
@@ -538,7 +538,7 @@ def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_pa
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2)])
 @pytest.mark.parametrize("levels", [None, 68])
-def test_a_saturated_record_says_so(low, high, levels, tmp_path):
+def test_a_saturated_record_has_a_doubt(low, high, levels, tmp_path):
     rng = np.random.default_rng(4)
     t = np.arange(5000) / 1000
     ay = 1.3 * np.sin(2 * np.pi * t) + 0.1 * rng.normal(size=t.size)
@@ -575,7 +575,7 @@ def test_a_step_of_more_than_two_and_a_half_intervals_is_a_gap(late, gap):
 
 @pytest.mark.parametrize(("largest", "asked"), [("99.125", True), ("500.125", True), ("1000.125", False)])
 def test_points_that_may_group_thousands_are_asked_about(largest, asked, tmp_path):
-    """Beside whole numbers and no number between 0 and 1, up to a thousand: 1.234 may be 1234."""
+    """Among whole numbers, and without a number between 0 and 1, up to a thousand: 1.234 may be 1234."""
     path = tmp_path / "a.csv"
     body = [f"{k / 100:.2f},{('1.234', '7', largest, '2.345')[k % 4]}" for k in range(200)]
     path.write_text("\n".join(["t_s,ay", *body]) + "\n")

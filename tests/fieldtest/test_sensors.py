@@ -1,4 +1,4 @@
-"""Several sensors on one rig: each reads what it would alone, and is compared with its own group of a file."""
+"""Several sensors on one rig: each reads as the only one would, and is compared with its own group of a file."""
 
 import numpy as np
 import pytest
@@ -36,19 +36,19 @@ def with_sensors(rig, **sensors):
     ],
     ids=["semi_implicit", "turned plane", "linearly_implicit", "rk4", "spatial", "belt"],
 )  # fmt: skip
-def test_two_sensors_read_what_each_reads_alone(make_scene, rig, toe, fields):
+def test_two_sensors_read_as_each_as_the_only_one(make_scene, rig, toe, fields):
     fields = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.2, "motor_rpm": 210.0} | fields
     rig = rig.changed(idler__toe=toe)
     run = simulate if fields.get("chain") else recorded
     both = run(make_scene(rig=with_sensors(rig, **PLACES), **fields))
     assert list(both.sensors) == ["front", "rear"]
     for k, (name, sensor) in enumerate(PLACES.items()):
-        alone = run(make_scene(rig=rig.changed(sensor=sensor), **fields))
-        np.testing.assert_array_equal(both.mean[:, k], alone.mean[:, 0])
-        np.testing.assert_array_equal(both.raw[:, k], alone.raw[:, 0])
+        single = run(make_scene(rig=rig.changed(sensor=sensor), **fields))
+        np.testing.assert_array_equal(both.mean[:, k], single.mean[:, 0])
+        np.testing.assert_array_equal(both.raw[:, k], single.raw[:, 0])
         for signal in (sense(both, sensor=name), sense(both, sensor=k), sense(both.with_sensor(name))):
-            np.testing.assert_array_equal([signal.ax, signal.ay], [sense(alone).ax, sense(alone).ay])
-        np.testing.assert_array_equal(both.energy, alone.energy)
+            np.testing.assert_array_equal([signal.ax, signal.ay], [sense(single).ax, sense(single).ay])
+        np.testing.assert_array_equal(both.energy, single.energy)
 
 
 def test_the_pin_that_two_bodies_share_has_one_acceleration(make_scene, rig):
@@ -86,10 +86,10 @@ def test_measures_and_limits_are_those_of_each_sensor(rig):
     table = measures(recording)
     assert list(table.loc["rms_g"].sensor) == ["front", "rear"]
     for name in near:
-        alone = measures(recording.with_sensor(name))
-        assert "sensor" not in alone
+        single = measures(recording.with_sensor(name))
+        assert "sensor" not in single
         rows = table[table.sensor == name]
-        assert rows.value.to_dict() == alone.value[rows.index].to_dict()
+        assert rows.value.to_dict() == single.value[rows.index].to_dict()
     (limited,) = [text for text in remarks(recording) if "range" in text]
     assert "range of 0.9 g" in limited and "(rear.range of the rig)" in limited
 
@@ -116,7 +116,7 @@ sensors:
   front: {pitch: 4, x: 0.03 m, y: 0.02 m, rate: 1000 Hz, range: 20 g}
   rear: {pitch: 20, body: connector, x: 0.01 m, y: -0.01 m, rate: 1000 Hz, range: 20 g}
 """
-ALONE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, range: 20 g}"
+SINGLE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, range: 20 g}"
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_a_file_may_name_several_sensors(tmp_path):
     assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).sensors["rear"].x == 0.02
     assert rig.sampled(2000).rate == 2000
     child = tmp_path / "child.yaml"
-    child.write_text(f"like: mine.yaml\n{ALONE}\n", encoding="utf-8")
+    child.write_text(f"like: mine.yaml\n{SINGLE}\n", encoding="utf-8")
     assert list(load_rig(child).sensors) == ["front", "rear", "sensor"]
 
 
@@ -193,8 +193,8 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
     ended = run_command(*names, "--out", compared / "table.csv", "--overwrite")
     assert ended.code == 0 and "sensor front" in ended.out and "sensor rear" in ended.out
     assert (compared / "table.csv").read_text(encoding="utf-8").count("rms_g") == 2
-    alone = run_command(*names, "--sensor", "rear")
-    assert alone.code == 0 and "sensor rear" in alone.out and "sensor front" not in alone.out
+    single = run_command(*names, "--sensor", "rear")
+    assert single.code == 0 and "sensor rear" in single.out and "sensor front" not in single.out
 
 
 @pytest.mark.parametrize(

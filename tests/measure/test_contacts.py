@@ -158,7 +158,7 @@ def test_nothing_to_measure_gives_nan(run):
 
 @pytest.mark.parametrize("length", [0.00065, 0.99 * SHORT * TURN, 1.01 * SHORT * TURN])
 def test_an_impact_that_rebounds_counts_in_the_largest_force_but_not_in_the_printed_times(length):
-    """Of 7 kN, before and after the contact of an arc: it has times of its own from `SHORT` on alone."""
+    """Of 7 kN, before and after the contact of an arc: it has times of its own only from `SHORT` on."""
     whole = with_ring(3.0)
     taps = [
         interval(5, LEFT, at, at + length, force=7000.0, groove=groove, peak_at=at + 1e-4)
@@ -180,7 +180,7 @@ def test_an_impact_that_rebounds_counts_in_the_largest_force_but_not_in_the_prin
 
 @pytest.mark.parametrize("flies", [False, True])
 def test_an_impact_whose_contact_lasts_at_the_end_of_the_record_is_no_peak(flies):
-    """What carries the load is not logged then; the impact of 20 N before it was."""
+    """The contact that carries the load is not logged then; the impact of 20 N before it was."""
     rows = [interval(5, LEFT, 3.0, 4.0, peak=600.0), interval(5, LEFT, 19.7, 19.7005, peak=20.0)]
     if flies:
         rows[1] = interval(5, LEFT, 19.9, 19.9005, peak=20.0)

@@ -1,4 +1,4 @@
-"""Recordings as tables: what a sensor shows comes back from the file, and a file names where it comes from."""
+"""Recordings as tables: the signal of a sensor comes back from the file, and a file names its origin."""
 
 from pathlib import Path
 
@@ -89,7 +89,7 @@ def test_a_matlab_file_has_a_variable_a_column(recording, tmp_path):
 
 
 def test_contacts_have_a_row_each(recording, tmp_path):
-    """Pitches count from 0 in the log; what the beginning of the record cuts is no contact."""
+    """Pitches count from 0 in the log; a contact that the beginning of the record cuts is none."""
     table = contact_table(recording)
     assert table["pitch"].tolist() == [2, 5] and table["side"].tolist() == ["ring", "right"]
     turn = 60 * recording.scene.rig.sprocket.transmission_ratio / 115

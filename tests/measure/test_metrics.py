@@ -142,18 +142,18 @@ def turns_of(run, values):
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "warnings"),
     [((1.49, 1.49, 1.58, 1.55, 1.57), True), ((1.49, 1.58, 1.49, 1.57, 1.49), False), ((1.5, 1.5, 1.5, 1.5), False),
      ((1.0, 1.5, 1.6), False), ((1.57, 1.58, 1.55, 1.49, 1.49), True)],
 )  # fmt: skip
-def test_a_record_whose_turns_drift_is_said(run, monkeypatch, values, said):
-    """Turns of `parts` at 225 rev/min with a ring of 0.308 m, and what only scatters, or is too short."""
+def test_a_record_whose_turns_drift_is_warned_of(run, monkeypatch, values, warnings):
+    """Turns of `parts` at 225 rev/min with a ring of 0.308 m, and turns that only scatter, or are too few."""
     ay = turns_of(run, values)
     monkeypatch.setattr("trackdyn.measure.metrics.sense", lambda *_, **__: SimpleNamespace(ay=ay))
     monkeypatch.setattr("trackdyn.measure.metrics._range_sentence", lambda *_: "")
     sentences = remarks(run)
-    assert len(sentences) == said
-    if said:
+    assert len(sentences) == warnings
+    if warnings:
         assert f"RMS goes from {values[0]:.4g} g in the first turn of the loop to {values[-1]:.4g} g" in sentences[0]
 
 

@@ -1,4 +1,4 @@
-"""The sliding work of a run against Eq. 10 written anew, and what a turn of the sprocket takes of it."""
+"""The sliding work of a run against Eq. 10 written anew, and its share per turn of the sprocket."""
 
 import numpy as np
 import pytest
