@@ -124,10 +124,12 @@ def test_the_depth_in_a_coarse_tooth_is_continuous(name):
     assert touched == {1, 2, 3}
 
 
-def test_every_groove_has_its_index(groove):
-    m = groove.teeth
+def test_every_groove_has_its_index(tooth):
+    """Eq. 12: y_k of groove k points to the middle of the range of its index."""
+    m = tooth.teeth
     for k in range(1, m + 1):
-        middle = (2 * k - 1) * pi / m
+        middle, (c, s) = (2 * k - 1) * pi / m, (tooth.groove_cos[k - 1], tooth.groove_sin[k - 1])
+        assert np.arctan2(c, -s) % (2 * pi) == pytest.approx(middle, abs=1e-14)
         for share in (-0.999, -0.5, 0.0, 0.5, 0.999):
             angle = middle + share * pi / m
             assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) == k
@@ -141,14 +143,6 @@ def test_boundaries_of_the_grooves_belong_to_a_neighbour():
     # just below the x axis the angle is rounded to a whole turn
     assert [groove_index(m, 0.33, y) for y in (0.0, -0.0, -5e-324, -1e-20)] == [1, 1, m, m]
     assert groove_index(m, nextafter(-0.33, 0.0), 0.0) == 7
-
-
-def test_groove_frames_stand_on_the_middles_of_the_grooves(tooth):
-    """Eq. 12: y_k of groove k points to the middle of the range of its index."""
-    for k in range(1, tooth.teeth + 1):
-        c, s = tooth.groove_cos[k - 1], tooth.groove_sin[k - 1]
-        assert groove_index(tooth.teeth, -s, c) == k
-        assert np.arctan2(c, -s) % (2 * pi) == pytest.approx((2 * k - 1) * pi / tooth.teeth, abs=1e-14)
 
 
 @pytest.mark.parametrize("ring_radius", [None, 0.303])

@@ -19,7 +19,7 @@ from trackdyn.measure.planner import plan
 VALUES = [None, 3.7, True, b"bytes", [1], {"a": 1}, object, 1j, np.zeros(3), "x"]
 ACCEPTED = {  # by declared type; of other classes none of the values is an instance
     NoneType: (NoneType,), float: (float,), bool: (bool,), str: (str,),
-    Callable: (type,), Mapping: (dict,), Sequence: (list, np.ndarray),
+    Callable: (type,), Mapping: (dict,), Sequence: (list, np.ndarray), type: (type,),
 }  # fmt: skip
 FUNCTIONS = {
     **{name: value for name in trackdyn.__all__ if isfunction(value := getattr(trackdyn, name))},

@@ -59,9 +59,13 @@ COMMANDS = [
     # of a variable of the shell that is not set
     *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
+    ("compare sensor.csv short.npz", "sensor.csv: not a trackdyn recording, or damaged; give the path of a whole one"),
 ]
 # files that a command reads
-WRITTEN = {"arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n"}
+WRITTEN = {
+    "arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n",
+    "sensor.csv": "time,ay\n0,1\n",
+}
 
 
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
@@ -79,7 +83,7 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
 
 @pytest.mark.parametrize(("words", "picture"), [([], "mine.png"), (["--out", "mine.svg"], "mine.svg")])
 def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture):
-    """Editing and checking in turn was refused from the second time on."""
+    """Also when the rig is edited and checked in turn."""
     (folder / "rigs").mkdir()
     for name, like in (("mine.yaml", "bench"), ("rigs/mine.yaml", "paper")):
         assert run_command("new", name, "--like", like).code == 0
@@ -121,32 +125,24 @@ def test_a_folder_of_the_name_of_a_rig_is_no_rig(folder):
     assert "mine: is a folder" in run_command("check", "mine").err
 
 
-def test_a_sensor_file_is_no_recording(folder):
-    Path("sensor.csv").write_text("time,ay\n0,1\n", encoding="utf-8")
-    done = run_command("compare", "sensor.csv", "short.npz")
-    assert done.code == 1 and "sensor.csv: not a trackdyn recording" in done.err and "remove" not in done.err
+EXISTING = {
+    "check paper": "paper.png", "check paper --out mine.svg": "mine.svg", "show short.npz": "short.html",
+    "show short.npz --out mine.html": "mine.html", "export short.npz mine.csv": "mine.csv",
+    "new mine.yaml": "mine.yaml",
+    "compare short.npz mine.csv --out mine.csv --overwrite": "mine.csv",
+    "compare short.npz mine.csv --out link.csv --overwrite": "link.csv",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("line", "named", "reason"),
-    [
-        ("check paper", "paper.png", "exists; give another name, or --overwrite to replace it"),
-        ("check paper --out mine.svg", "mine.svg", "exists; give another name"),
-        ("show short.npz", "short.html", "exists; give another name"),
-        ("show short.npz --out mine.html", "mine.html", "exists; give another name"),
-        ("export short.npz mine.csv", "mine.csv", "exists; give another name"),
-        ("new mine.yaml", "mine.yaml", "exists; give another name"),
-        ("compare short.npz mine.csv --out mine.csv --overwrite", "mine.csv", "is an input of this command"),
-        ("compare short.npz mine.csv --out link.csv --overwrite", "link.csv", "is an input of this command"),
-    ],
-)
-def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, named, reason):
+@pytest.mark.parametrize(("line", "name"), EXISTING.items())
+def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, name):
     Path("link.csv").symlink_to("mine.csv")
-    for name in {named, "mine.csv"}:
-        Path(name).write_text("mine", encoding="utf-8")
+    for existing in {name, "mine.csv"}:
+        Path(existing).write_text("mine", encoding="utf-8")
     done = run_command(*line.split())
-    assert done.code == 1 and f"trackdyn: {named} {reason}" in done.err
-    assert Path(named).read_text(encoding="utf-8") == "mine"
+    reason = "is an input of this" if "--overwrite" in line else "exists; give another name, or --overwrite to replace"
+    assert done.code == 1 and f"trackdyn: {name} {reason}" in done.err
+    assert Path(name).read_text(encoding="utf-8") == "mine"
 
 
 PROCESSES = [
@@ -160,13 +156,13 @@ PROCESSES = [
 @pytest.mark.parametrize(("line", "code", "out", "refused"), PROCESSES, ids=lambda row: ascii(row))
 def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, line, code, out, refused):
     """A plug-in that cannot be imported is named; its commands are missing, all others work."""
-    folder = tmp_path / "broken-1.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1\n", encoding="utf-8")
-    (folder / "entry_points.txt").write_text(
-        "[trackdyn.commands]\nbroken = broken_commands:COMMANDS\n", encoding="utf-8"
-    )
-    (tmp_path / "broken_commands.py").write_text("1 / 0\n", encoding="utf-8")
+    (folder := tmp_path / "broken-1.dist-info").mkdir()
+    for path, text in {
+        folder / "METADATA": "Metadata-Version: 2.1\nName: broken\nVersion: 1\n",
+        folder / "entry_points.txt": "[trackdyn.commands]\nbroken = broken_commands:COMMANDS\n",
+        tmp_path / "broken_commands.py": "1 / 0\n",
+    }.items():
+        path.write_text(text, encoding="utf-8")
     run = subprocess.run(
         ["sh", "-c", f"exec {sys.executable} -m trackdyn {line}"],
         env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, timeout=100,
@@ -177,12 +173,10 @@ def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, lin
     assert "".join(rest).startswith(refused) and len(rest) == bool(refused), run.stderr
 
 
-def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file, monkeypatch):
-    """Whether that is noticed before the run or while the file is written."""
-    recording = load_recording(belt_file)
-    old = Path("short.npz").read_bytes()
+def test_a_full_disk_names_the_file_and_changes_none(folder, belt_file, monkeypatch):
+    """Before the run or while the file is written."""
+    recording, old, before = load_recording(belt_file), Path("short.npz").read_bytes(), sorted(folder.rglob("*"))
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    before = sorted(folder.rglob("*"))
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
     try:
         refused(recording.save, "short.npz", words=["short.npz: cannot be written (File too large)", "free disk space"])

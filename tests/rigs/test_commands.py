@@ -25,16 +25,6 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, monkeypatch):
     assert mine == its
 
 
-def test_simulate_needs_no_file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    done = run_command("simulate", "run.npz", "--duration", "0.05", "--lead-in", "0", "-q")
-    assert done.code == 0, done.err
-    from trackdyn.simulation.recording import load_recording
-
-    meta = load_recording(tmp_path / "run.npz").meta
-    assert meta["scene"]["ring_radius"] == load_rig("paper").sprocket.ring_radius
-
-
 def test_an_inherited_groove_for_other_teeth_is_reported(tmp_path, monkeypatch):
     """One that is inherited from a sprocket of other teeth, also through a second file; none if it fits."""
     monkeypatch.chdir(tmp_path)

@@ -55,23 +55,19 @@ def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
     assert outside_ranges(name) == []
 
 
-@pytest.mark.parametrize(
-    ("text", "starts"),
-    [
-        (
-            "ring_contact: {source: x, friction_static: 0.023, friction_dynamic: 0.021}",
-            ["ring_contact.friction_static = 0.023 lies below its range, 0.3 to 0.9", "ring_contact.friction_dynamic"],
-        ),
-        ("bushing: {source: x, damping: 990 N m s/rad}", ["bushing.damping = 990 N m s/rad lies above its range"]),
-        ("tension: {source: x, direction: 0.0 deg}", []),  # as its wheels stand
-        ("chain: {source: x, link_length: 0.05 m, link_mass: 2.0 kg}", []),  # sizes of another chain
-        (
-            "chain: {source: x, link_length: 0.09 m}\ntooth_contact: {source: x, friction_static: 0.5}",
-            ["tooth_contact.friction_static = 0.5 lies above its range, 0.05 to 0.35"],  # materials are the same
-        ),
-        ("guide: {source: x, clearance: {value: 0.03, unit: m, kind: printed, low: 0, high: 0.1, source: x}}", []),
-    ],
-)
+# directions belong to the wheels, sizes to one chain, materials to all chains
+INHERITED = {
+    "ring_contact: {source: x, friction_static: 0.023, friction_dynamic: 0.021}":
+        ["ring_contact.friction_static = 0.023 lies below its range, 0.3 to 0.9", "ring_contact.friction_dynamic"],
+    "bushing: {source: x, damping: 990 N m s/rad}": ["bushing.damping = 990 N m s/rad lies above its range"],
+    "tension: {source: x, direction: 0.0 deg}": [], "chain: {source: x, link_length: 0.05 m, link_mass: 2.0 kg}": [],
+    "chain: {source: x, link_length: 0.09 m}\ntooth_contact: {source: x, friction_static: 0.5}":
+        ["tooth_contact.friction_static = 0.5 lies above its range, 0.05 to 0.35"],
+    "guide: {source: x, clearance: {value: 0.03, unit: m, kind: printed, low: 0, high: 0.1, source: x}}": [],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "starts"), INHERITED.items())
 def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, starts):
     children = ((child, f"like: {name}.yaml\n") for name, child in pairwise(["mine", *"abcdef"]))
     for name, content in (("mine", f"like: bench\n{text}\n"), *children):

@@ -231,10 +231,8 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     slip = nx * sy - ny * sx
 
     # normal force, and friction against the slip
-    speed = penetration.speed
-    force, stiffness, damping = force_and_slopes(
-        law, penetration.depth, speed, penetration.impact_speed, penetration.radius
-    )
+    speed, impact, radius = penetration.speed, penetration.impact_speed, penetration.radius
+    force, stiffness, damping = force_and_slopes(law, penetration.depth, speed, impact, radius)
     normal = present = penetration.share * force
     mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
     shear = 0.0

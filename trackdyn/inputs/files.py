@@ -156,10 +156,8 @@ def check_writable(path: Path | str, size: float = 0.0) -> None:
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
     if free < size:
-        raise InputError(
-            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free disk space or "
-            "choose another folder"
-        )
+        needed = f"needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free"
+        raise InputError(f"{path}: {needed}; free disk space or choose another folder")
 
 
 LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
@@ -238,10 +236,8 @@ def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) ->
                 return meta, loaded
     except Exception:  # any error of zip, JSON or the header of an array in a damaged file
         raise InputError(f"{path}: not a {label}, or damaged; give the path of a whole one") from None
-    raise InputError(
-        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
-        f"for a {label}; use a shorter one"
-    )
+    excess = f"takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available"
+    raise InputError(f"{path}: {excess} for a {label}; use a shorter one")
 
 
 def plain_file(path: Path | str, label: str) -> Path:

@@ -12,19 +12,7 @@ from numbers import Real
 from pathlib import Path
 from sys import float_info
 from types import SimpleNamespace, UnionType
-from typing import (
-    TYPE_CHECKING,
-    Annotated,
-    Any,
-    NoReturn,
-    Self,
-    TypeVar,
-    Union,
-    cast,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Self, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSerializer, ValidationError, WrapValidator
@@ -82,9 +70,8 @@ class FrozenDict(dict):
     """Read-only dictionary of a frozen object; changes raise `InputError`."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise InputError(
-            "this dictionary belongs to an object that cannot be changed; rig.changed(...) returns another"
-        )
+        owner = "this dictionary belongs to an object that cannot be changed"
+        raise InputError(f"{owner}; rig.changed(...) returns another")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
 
@@ -137,9 +124,8 @@ class Section(BaseModel, metaclass=_Sentences):
 
     def __eq__(self, other: Any) -> bool:
         """Return whether all fields are equal; cached values computed from them are not compared."""
-        return type(self) is type(other) and all(
-            getattr(self, name) == getattr(other, name) for name in type(self).model_fields
-        )
+        fields = type(self).model_fields
+        return type(self) is type(other) and all(getattr(self, name) == getattr(other, name) for name in fields)
 
 
 SectionType = TypeVar("SectionType", bound=Section)
@@ -296,7 +282,7 @@ def typed(target: Typed) -> Typed:
                 raise InputError(f"{name} = {shown(value)}: must be {' or '.join(accepted)}")
         return target(*args, **kwargs)
 
-    return cast(Typed, call)
+    return call  # type: ignore[return-value]
 
 
 def _is_a(value: Any, kind: Any) -> bool:

@@ -70,22 +70,10 @@ ENERGY_NAMES = (
 )  # fmt: skip
 # names and labels of the contacts with the sprocket, in the order of arrays: arcs of connectors, links on the ring
 SIDES, SIDE_WORDS = ("left", "right", "ring"), ("left arc", "right arc", "ring")
-# one uninterrupted contact of an arc or a link with the sprocket
-CONTACT_INTERVAL = np.dtype({
-    "names": (
-        "pitch",  # 0-based
-        "side",  # index in `SIDES`
-        "groove",
-        "areas",  # bit j - 1 set: area j was visited
-        "start_s",
-        "end_s",  # 0 while nothing is open
-        "peak_n",  # between the steps, too
-        "peak_s",
-        "impulse_ns",
-        "square_n2s",  # integral of the squared force
-    ),
-    "formats": [float] * 10,
-})  # fmt: skip
+# One uninterrupted contact with the sprocket: pitch is 0-based, side the index in `SIDES`; bit j - 1 of areas is 1 if
+# area j was visited; an end of 0 is not open; the peak may be between steps; square is of the force.
+_INTERVAL = "pitch side groove areas start_s end_s peak_n peak_s impulse_ns square_n2s"
+CONTACT_INTERVAL = np.dtype([(name, float) for name in _INTERVAL.split()])
 
 
 class ContactLog(NamedTuple):

@@ -225,10 +225,8 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
     distance = hypot(*centre)
     cosine = (distance**2 + about_origin**2 - radius**2) / (2 * distance * about_origin)
     if radius <= 0 or abs(cosine) > 1:
-        raise InputError(
-            "three surfaces: an arc of chain.connector_radius touches no flank and seat at once; use ten_arcs, or a "
-            "smaller connector_radius"
-        )
+        reason = "an arc of chain.connector_radius touches no flank and seat at once"
+        raise InputError(f"three surfaces: {reason}; use ten_arcs, or a smaller connector_radius")
     angles = atan2(centre[1], centre[0]) + acos(cosine) * np.array([1.0, -1.0])
     points = about_origin * np.column_stack([np.cos(angles), np.sin(angles)])
     return min(points, key=lambda point: hypot(*(point - target)))

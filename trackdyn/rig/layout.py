@@ -17,6 +17,7 @@ from trackdyn.rig.roots import root
 CLEAR = 0.02  # m, least allowed distance of a wheel from the taut chain; or the sag of its longest strand
 LEAST_LEVER = 0.05  # least lengthening of the path per shift of the tensioner
 ONE_LINE = 1e-9  # rad, angle between runs to two wheels on one line
+CONVEX_ORDER = "the wheels must stand in clockwise order on a convex path"  # remedy
 MOST_STEPS, LAST_STEP = 40, 1e-9  # of Newton's method (four are usual), m: the error is its square
 
 
@@ -71,10 +72,8 @@ def belt_path(circles, names=None) -> BeltPath:
     wrap = (np.roll(heading, 1) - heading) % (2 * pi)
     if abs(wrap.sum() - 2 * pi) > 1e-9:
         worst = int(np.argmax(wrap))
-        raise InputError(
-            f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m would not touch the "
-            "loop; the wheels must stand in clockwise order on a convex path"
-        )
+        place = f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m"
+        raise InputError(f"{place} would not touch the loop; {CONVEX_ORDER}")
     pieces = np.column_stack([wrap * circles[:, 2], np.sqrt(distance**2 - wider**2)]).ravel()
     return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
 
@@ -146,8 +145,7 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         if clear > allowed:
             raise InputError(
                 f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut "
-                f"chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
-                "in clockwise order on a convex path"
+                f"chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m; {CONVEX_ORDER}"
             )
     return path, order
 

@@ -104,10 +104,9 @@ class Rig(Section):
                 reason = "Dahl's law is of a link on a wheel, whose surface gives way"
                 yield f"{name}.friction_law = dahl: {reason}; a tooth has regularised"
             elif surface.friction_law == "dahl" and surface.shear_stiffness is None:
-                yield (
-                    f"{name}.shear_stiffness is missing, which {name}.friction_law = dahl needs: the force per way "
-                    "(N/m) at which the surface gives way under a link; state it, or use regularised"
-                )
+                needed = "the force per way (N/m) at which the surface gives way under a link"
+                field = f"{name}.shear_stiffness is missing, which {name}.friction_law = dahl needs"
+                yield f"{field}: {needed}; state it, or use regularised"
         if (self.groove is None) == (self.profile is None):
             yield "groove is missing; a tooth has groove or profile, and one of them only"
         ring, equal = self.ring_radius, self.sprocket.equal_pitch_radius
@@ -122,10 +121,8 @@ class Rig(Section):
             names = " or ".join(map(repr, self.wheels))
             yield f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}"
         elif self.wheels[tension.wheel].suspension is not None:
-            yield (
-                f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which tension.kept = sprung "
-                "gives to the tensioner; choose a fixed wheel"
-            )
+            own = "has an arm or a slider of its own, which tension.kept = sprung gives to the tensioner"
+            yield f"tension.wheel = {tension.wheel!r} {own}; choose a fixed wheel"
 
     def _wheel_faults(self) -> Iterator[str]:
         """Yield errors of wheels."""
@@ -156,10 +153,8 @@ class Rig(Section):
                 yield f"{group} is missing; a rig needs at least one, such as {example}"
             for name in getattr(self, group):
                 if name in taken or not NAME.fullmatch(name):
-                    yield (
-                        f"{group}.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
-                        "name of a section, a wheel or a surface"
-                    )
+                    remedy = "use lower-case letters, digits and _, and not the name of a section, a wheel or a surface"
+                    yield f"{group}.{shown(name)} is not a valid name: {remedy}"
             taken.update(getattr(self, group))
 
     @property

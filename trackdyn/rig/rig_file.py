@@ -16,7 +16,8 @@ from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
-TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
+TRIED = "tried"  # steps that were tried on this rig
+OWN = ("like", "about", TRIED)  # keys that are not inherited
 LONGEST_PITCH = 4  # lengths of a link
 LARGEST_SIZE = 1000.0  # pitch and sprocket, m, and number of teeth
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
@@ -53,11 +54,7 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     rig: dict[str, Any] = {}
     for path, content in reversed(_files(name)):
         with naming(path):
-            own = {
-                key: _written_out(value, str(key), {})
-                for key, value in content.items()
-                if key not in ("like", "about", TRIED)  # not inherited
-            }
+            own = {key: _written_out(value, str(key), {}) for key, value in content.items() if key not in OWN}
             rig = _over(rig, own)
     with naming(name):
         return _with_pitch(rig)
@@ -217,9 +214,8 @@ def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
         return {key: _written_out(value, f"{name}.{key}", about) for key, value in content.items() if key not in own}
     match = QUANTITY.fullmatch(content) if isinstance(content, str) else None
     if match and not about.get("source"):
-        raise InputError(
-            f"{name} = {shown(content)} has no source; write source: in its section, or value, unit, kind and source"
-        )
+        remedy = "write source: in its section, or value, unit, kind and source"
+        raise InputError(f"{name} = {shown(content)} has no source; {remedy}")
     if about.get("source") and isinstance(content, (str, int, float)) and not isinstance(content, bool):
         value, unit = content, "1"
         if match:

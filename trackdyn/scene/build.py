@@ -9,26 +9,9 @@ from trackdyn.contact.laws import FORMS
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.suspensions import along, chain_force
+from trackdyn.model import constants
 from trackdyn.model.arrays import Work
-from trackdyn.model.constants import (
-    INDEPENDENT,
-    LAW,
-    NO_MAXWELL,
-    SPROCKET,
-    TANGENTIAL,
-    Chain,
-    Closure,
-    Drive,
-    Law,
-    Maxwell,
-    Model,
-    Sensors,
-    Shoes,
-    Space,
-    Suspensions,
-    Tooth,
-    Wheels,
-)
+from trackdyn.model.constants import LAW, SPROCKET, Chain, Drive, Law, Model, Sensors, Shoes, Space, Tooth, Wheels
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS, maxwell_elements
 from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
@@ -68,7 +51,7 @@ def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
     return np.linalg.inv(own + np.diag([behind, ahead]))
 
 
-FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT}
+FRICTION = {"none": constants.TANGENTIAL, "tangential": constants.TANGENTIAL, "independent": constants.INDEPENDENT}
 
 
 def make_law(
@@ -248,10 +231,10 @@ def build_model(scene) -> Model:
     shoes = build_shoes(rig, scene.chain)
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
-    maxwell = NO_MAXWELL
+    maxwell = constants.NO_MAXWELL
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = maxwell_elements(rig.bushing.loss_factor)
-        maxwell = Maxwell(chain.stiffness * share, time)
+        maxwell = constants.Maxwell(chain.stiffness * share, time)
     tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
@@ -263,7 +246,7 @@ def build_model(scene) -> Model:
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=drive,
         sensors=build_sensors(shoes, rig.sensors.values()),
-        closure=Closure(int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping),
+        closure=constants.Closure(int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping),
         step=nan, stride=0,  # `Scene.model_of_step`
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         maxwell=maxwell, suspensions=suspensions_of([], len(wheels.x)),
@@ -275,7 +258,7 @@ ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "dam
 INTEGER = {"wheel": int, "arm": int}
 
 
-def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> Suspensions:
+def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> constants.Suspensions:
     """Return suspensions at rest at the positions of the model's wheels, their springs without preload.
 
     ``tension`` is the scene's tension: with ``sprung`` the tensioning wheel, shifted by ``shift`` (m), is one of them.
@@ -295,25 +278,21 @@ def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> Susp
         else:
             direction, at = radians(suspension.direction), shift if tensions else 0.0
             row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
-            row |= {
-                "mass": suspension.mass,
-                "weight": 0.0,
-                "low": -suspension.travel - at,
-                "high": suspension.travel - at,
-            }
+            row |= {"mass": suspension.mass, "weight": 0.0}
+            row |= {"low": -suspension.travel - at, "high": suspension.travel - at}
         rows.append(row)
     return suspensions_of(rows, len(model.wheels.x))
 
 
-def suspensions_of(rows: list[dict], wheels: int) -> Suspensions:
+def suspensions_of(rows: list[dict], wheels: int) -> constants.Suspensions:
     """Return suspensions from a row of fields each, without preload."""
     columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
     of_wheel = np.full(wheels, -1)
     of_wheel[columns["wheel"]] = np.arange(len(rows))
-    return Suspensions(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
+    return constants.Suspensions(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
 
 
-def preloads(rig: Rig, suspensions: Suspensions, work: Work, q: np.ndarray) -> np.ndarray:
+def preloads(rig: Rig, suspensions: constants.Suspensions, work: Work, q: np.ndarray) -> np.ndarray:
     """Return (k,) preloads that balance the chain with the suspensions at ``q``, or the rig's own."""
     names, forces = wheel_names(rig), np.zeros(len(suspensions.wheel))
     for k, wheel in enumerate(suspensions.wheel):
@@ -328,13 +307,14 @@ def preloads(rig: Rig, suspensions: Suspensions, work: Work, q: np.ndarray) -> n
     return forces
 
 
-def check_stops(rig: Rig, suspensions: Suspensions, slide: np.ndarray) -> None:
+def check_stops(rig: Rig, suspensions: constants.Suspensions, slide: np.ndarray) -> None:
     """Raise `InputError` if a suspension settles (``slide``) at a stop, where its spring does not carry the wheel."""
     for k, wheel in enumerate(suspensions.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]
         if not suspensions.low[k] < q < suspensions.high[k]:
-            kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if suspensions.arm[k] else 'slider'}"
+            kind = "arm" if suspensions.arm[k] else "slider"
+            section = "tension" if wheel == tensioner(rig) else f"{name}.{kind}"
             raise InputError(
-                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if suspensions.arm[k] else 'slider'} once "
-                "the loop has settled; change the preload or force, stiffen the spring or allow more travel"
+                f"{section}.travel: wheel {name} rests on a stop of its {kind} once the loop has settled; change the "
+                "preload or force, stiffen the spring or allow more travel"
             )

@@ -121,9 +121,8 @@ class Scene(Choices):
         self._check_loop()
         steps = (self.lead_in + self.ramp + self.duration) / self.time_step
         if steps > MOST_STEPS:
-            raise InputError(
-                f"scene: step = {self.time_step}: makes {steps:.2g} steps; a run may have at most {MOST_STEPS:.0g}"
-            )
+            remedy = f"a run may have at most {MOST_STEPS:.0g}"
+            raise InputError(f"scene: step = {self.time_step}: makes {steps:.2g} steps; {remedy}")
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -152,10 +151,8 @@ class Scene(Choices):
         between = self.frame_interval / sample
         regular = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
         if self.frame_interval and not regular:
-            self._refuse(
-                "frame_interval",
-                f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration",
-            )
+            remedy = f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration"
+            self._refuse("frame_interval", remedy)
 
     def _check_loop(self) -> None:
         if self.ring_radius is not None:
@@ -163,11 +160,8 @@ class Scene(Choices):
                 self._refuse("ring_radius", "must be a radius in m, or null (command line: none) for no ring")
             low, high = self.ring_range(self.rig)
             if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
-                self._refuse(
-                    "ring_radius",
-                    f"must be between {low:.4f} m (touches no link) and {high:.4f} m "
-                    "(overlaps the chain), or null (command line: none) for no ring",
-                )
+                bounds = f"{low:.4f} m (touches no link) and {high:.4f} m (overlaps the chain)"
+                self._refuse("ring_radius", f"must be between {bounds}, or null (command line: none) for no ring")
         if self.load and 0 < self.motor_rpm * self.braked_rate < BRAKES_FROM:
             self._refuse(
                 "load",

@@ -69,8 +69,8 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
     if scene.step is not None or limit < LEAST_SHARE * step:
         remedy = f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
         if limit < LEAST_STEP:
-            remedy = f"no step of {LEAST_STEP:g} s or more is small enough; "
-            remedy += "use less tension, softer contacts or heavier bodies"
+            other = "use less tension, softer contacts or heavier bodies"
+            remedy = f"no step of {LEAST_STEP:g} s or more is small enough; {other}"
         raise InputError(
             f"scene: step = {step!r}: too large for the {cause} at a tension of {tension:.4g} N, a bound that was not "
             f"tried on this rig (`check` tries); {remedy}"
