@@ -46,7 +46,7 @@ autodoc_member_order = "bysource"
 
 
 def commands() -> str:
-    """The help of every command, as it is printed."""
+    """Return the help of every command."""
     os.environ |= {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     parts = ["# Commands\n"]
     names = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
@@ -59,7 +59,7 @@ def commands() -> str:
 
 
 def columns() -> str:
-    """The columns of the published tables."""
+    """Tabulate the columns of the published tables."""
     lines = ["# Columns of published tables", ""]
     for table, (_, described) in TABLES.items():
         rows = [f"| `{name}` | {unit} | {text} |" for name, (_, unit, text, *_) in described.items()]
@@ -68,7 +68,7 @@ def columns() -> str:
 
 
 def gallery_page(path: Path, folder: Path) -> str:
-    """A notebook as a page in a folder: its text, its code and its stored outputs; pictures are files next to it."""
+    """Render a notebook as a page: its text, its code and its stored outputs; write its pictures into the folder."""
     parts = []
     for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
         text = "".join(cell["source"])
@@ -101,7 +101,7 @@ MARKS = {"met": "●", "not met": "○"}
 
 
 def results() -> str:
-    """Statements of the paper and the rig's values, a row per statement that can be judged."""
+    """Tabulate statements of the paper and the rig's values, a row per statement that can be judged."""
     card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     judged = card[card["verdict"].isin(MARKS)]
     rows = []
@@ -109,24 +109,25 @@ def results() -> str:
         unit = "" if row["unit"] == "1" or row["printed"] == "in words" else f" {row['unit']}"
         value = f"{MARKS[row['verdict']]} {row['measured']}"
         rows.append([f"{row['id']}{row['part']}", row["place"], row["claim"], f"{row['printed']}{unit}", value])
-    heads = ["claim", "place", "what the paper says", "paper", "default rig"]
+    heads = ["claim", "place", "statement", "paper", "default rig"]
     lines = [f"| {' | '.join(row)} |" for row in [heads, ["---"] * len(heads), *rows]]
     words = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items())
-    return "\n".join([f"{words}; numbers of several speeds stand in their order.", "", *lines, ""])
+    return "\n".join([f"{words}; numbers of several speeds are in the order of speeds.", "", *lines, ""])
 
 
 def equations() -> str:
-    """The table of the equations, names of functions and tests as code."""
+    """Tabulate the equations, with names of functions and tests as code."""
     table = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
     for name in ("functions", "tests"):
         table[name] = [" ".join(f"`{word}`" for word in cell.split()) for cell in table[name]]
     table["what"], table["status"] = (table[name].str.replace("|", "\\|") for name in ("what", "status"))
+    table = table.rename(columns={"what": "content"})
     rows = [table.columns, ["---"] * len(table.columns), *table.to_numpy()]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def write_pages(_) -> None:
-    """Pages that the program writes about itself, and the notebooks of the gallery."""
+    """Write the generated pages and parts, and the notebooks of the gallery."""
     pages = ROOT / "docs" / "_generated"
     for folder in ("gallery", "parts"):
         (pages / folder).mkdir(parents=True, exist_ok=True)
