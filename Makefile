@@ -15,9 +15,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster clean numba-oldest numba-newest
 
-# $(call timed,name,command): says what the step took at its last end on this machine, and what it took now
-timed = @if test -f $(VENV)/took-$(1); then echo "$(1): $$(cat $(VENV)/took-$(1)) s the last time"; fi; begin=$$(date +%s); \
-    $(2) && took=$$(($$(date +%s) - begin)) && echo $$took > $(VENV)/took-$(1) && echo "$(1): took $$took s"
+# $(call timed,name,command): runs a command that may be silent, and prints the time that it takes, with that of its last end here
+timed = @begin=$$(date +%s); last=$$(sed 's/$$/ s the last time/' $(VENV)/took-$(1) 2>/dev/null); echo "$(1): $${last:-not timed here yet}"; \
+    (while sleep 50; do echo "$(1): $$(($$(date +%s) - begin)) s so far; $${last:-not timed here yet}"; done) & tick=$$!; \
+    trap "kill $$tick" EXIT; $(2) && took=$$(($$(date +%s) - begin)) && echo $$took > $(VENV)/took-$(1) && echo "$(1): took $$took s"
 
 replicate: $(READY)
 	$(call timed,replicate,$(BIN)/python workflow/run.py -j$(JOBS))

@@ -6,22 +6,8 @@ from collections.abc import Mapping
 import pandas as pd
 
 from trackdyn.measure.cells import listed, significant
-from trackdyn_replication.paper.claims import (
-    GROUPS,
-    INDEPENDENT,
-    JUDGED,
-    MET,
-    NOT_COMPARABLE,
-    NOT_MET,
-    VERDICTS,
-)
-from trackdyn_replication.paper.tracks import (
-    RING_VELOCITY,
-    creep_slope,
-    mobilised,
-    percents,
-    track_rows,
-)
+from trackdyn_replication.paper.claims import GROUPS, INDEPENDENT, JUDGED, MET, NOT_COMPARABLE, NOT_MET, VERDICTS
+from trackdyn_replication.paper.tracks import RING_VELOCITY, creep_slope, mobilised, percents, track_rows
 
 RADIUS = "C26a"  # of the ring to choose
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
@@ -89,18 +75,15 @@ def _span(text: str) -> str:
 
 
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
-    """Return the rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
+    """Return the rows of a table of printed numbers: ``number, group, printed, here, tolerance, met``."""
     rows = []
     for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        tolerance = f"± {row['tolerance']:g}{unit}" if row["tolerance"] != "" else "as it reads"
-        about = {
-            "what": row["claim"],
-            "group": row["group"],
-            "printed": str(row["printed"]),
-            "here": str(row["measured"]),
-        }
-        rows.append(about | {"tolerance": tolerance, "met": "●" if row["met"] else "○"})
+        rows.append({
+            "number": row["claim"], "group": row["group"], "printed": str(row["printed"]), "here": str(row["measured"]),
+            "tolerance": "as it reads" if row["tolerance"] == "" else f"± {row['tolerance']:g}{unit}",
+            "met": MARKS[MET if row["met"] else NOT_MET],
+        })  # fmt: skip
     return rows
 
 

@@ -13,16 +13,8 @@ from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 from trackdyn_replication.paper.claims import NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP
-from trackdyn_replication.paper.scorecard import (
-    MARKS,
-    conclusion_table,
-    outside_sentence,
-)
-from trackdyn_replication.paper.tracks import (
-    FOLDER,
-    RINGS,
-    learned_sentences,
-)
+from trackdyn_replication.paper.scorecard import MARKS, conclusion_table, outside_sentence
+from trackdyn_replication.paper.tracks import FOLDER, RINGS, learned_sentences
 from trackdyn_replication.report.figures.trade import answers, trade_sentence
 from trackdyn_replication.report.summary import blocks, summary
 from trackdyn_replication.study.accuracy.default_step import default_step_text

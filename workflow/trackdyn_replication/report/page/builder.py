@@ -50,7 +50,7 @@ COLOURS_OF_A_PICTURE = 16
 PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
 # tables whose files the page hands out
 TABLES = (
-    "claims.csv", "metrics.csv", "planner.csv", "tables/parameters.csv", *(f"{name}.csv" for name in STUDIES),
+    *(f"{name}.csv" for name in ("claims", "metrics", "planner", "printed_numbers", "tables/parameters", *STUDIES)),
     *(f"tables/{item.key}.csv" for item in (*PAPER, *OWN, *OF_STUDIES) if item.table),
 )  # fmt: skip
 
