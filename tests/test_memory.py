@@ -3,7 +3,6 @@
 import resource
 import subprocess
 import sys
-from collections import namedtuple
 
 import pytest
 
@@ -44,7 +43,7 @@ def test_the_limit_of_a_control_group_counts(tmp_path, monkeypatch, files, membe
         (tmp_path / "groups" / name).write_text(text, encoding="utf-8")
     (tmp_path / "membership").write_text(membership, encoding="utf-8")
     monkeypatch.setattr(memory._free_in_control_groups, "__defaults__", (tmp_path / "groups", tmp_path / "membership"))
-    monkeypatch.setattr(memory, "virtual_memory", lambda: namedtuple("Memory", "available")(MACHINE))
+    monkeypatch.setattr(memory, "_free_in_machine", lambda: MACHINE)
     monkeypatch.setattr(memory, "_free_address_space", lambda: [])
     assert memory.free_memory() == free
 

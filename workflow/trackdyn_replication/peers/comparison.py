@@ -77,7 +77,7 @@ def compare_codes(
         free_wheels(first, allocate(first, first.time_step)[0])
     except InputError as error:
         missing = f"not run: {error}"
-    simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
+    simulate(first.with_(ramp=0.01, duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
     ours = {step: timed_run(first.with_(step=step)) for step in steps_s}
     costs = {h: (run.recording.link_position[:, 1], run.wall_s_per_s, run.cpu_s_per_s) for h, run in ours.items()}
@@ -86,7 +86,7 @@ def compare_codes(
         table.append({"code": f"{PEER}, {missing}"})
     else:
         seconds = first.ramp + first.duration
-        run_peer(first.with_(duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
+        run_peer(first.with_(ramp=0.01, duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
         peers = {h: run_peer(first.with_(step=step), h) for h in exudyn_steps_s}
         costs = {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}
         rows, peer_step = _ladder(PEER, costs, accuracy_pct)
