@@ -54,22 +54,22 @@ class Polygon:
 
     def loaded(self):
         """Work and its spatial arrays under the given loads and those of the moving plane."""
-        work, room = make_work(self.n, self.n // 2, 1), make_space_work(self.n, 0)
+        work, space_work = make_work(self.n, self.n // 2, 1), make_space_work(self.n, 0)
         orient(self.state.angle, work.cos, work.sin)
         forward_kinematics(self.chain, self.state, work)
-        work.force_x[:], work.force_y[:], room.force_z[:] = self.force.T
-        room.moment_x[:], room.moment_y[:], work.moment[:] = self.moment.T
-        update_frame(self.model, self.state, room)
-        plane_dynamics(self.model, self.state, work, room)
-        return work, room
+        work.force_x[:], work.force_y[:], space_work.force_z[:] = self.force.T
+        space_work.moment_x[:], space_work.moment_y[:], work.moment[:] = self.moment.T
+        update_frame(self.model, self.state, space_work)
+        plane_dynamics(self.model, self.state, work, space_work)
+        return work, space_work
 
     def solve(self):
         """Acceleration of the first pin (P), of the plane and of the angles, by the package."""
-        work, room = self.loaded()
+        work, space_work = self.loaded()
         bushing_torques(self.chain, self.state, work, 0.0)
         accelerations(self.chain, self.state, work, 0.0)
         accelerate(self.chain, self.state, work, 0)
-        return np.array([work.pin_ax[0], work.pin_ay[0]]), room.acceleration, work.alpha, work.torque
+        return np.array([work.pin_ax[0], work.pin_ay[0]]), space_work.acceleration, work.alpha, work.torque
 
     def bodies(self):
         """Attitude, angular velocity, arms to mass centre and output pin of every body, inertial frame."""
@@ -99,7 +99,7 @@ class Polygon:
             right[6 * i + 3 : 6 * i + 6] = (
                 a_p @ self.moment[i] - np.cross(omega[i], inertia @ omega[i]) + h * (torque[i - 1] - torque[i])
             )
-        rows, known = np.zeros((5 * n, 6 * n)), np.zeros(5 * n)
+        rows, right_side = np.zeros((5 * n, 6 * n)), np.zeros(5 * n)
         for i in range(n):
             o = (i + 1) % n
             out, enter = end[i] - centre[i], -centre[o]
@@ -107,15 +107,17 @@ class Polygon:
             rows[block, 6 * i : 6 * i + 3], rows[block, 6 * o : 6 * o + 3] = np.eye(3), -np.eye(3)
             rows[block, 6 * i + 3 : 6 * i + 6] = -cross_matrix(out)
             rows[block, 6 * o + 3 : 6 * o + 6] = cross_matrix(enter)
-            known[block] = np.cross(omega[o], np.cross(omega[o], enter)) - np.cross(omega[i], np.cross(omega[i], out))
+            right_side[block] = np.cross(omega[o], np.cross(omega[o], enter)) - np.cross(
+                omega[i], np.cross(omega[i], out)
+            )
             # the relative angular velocity stays along the pin: d/dt [b . (omega_o - omega_i)] = 0, b turning with i
             for k in range(2):
                 b = attitude[i][:, k]
                 rows[5 * i + 3 + k, 6 * i + 3 : 6 * i + 6], rows[5 * i + 3 + k, 6 * o + 3 : 6 * o + 6] = -b, b
-                known[5 * i + 3 + k] = -np.cross(omega[i], b) @ (omega[o] - omega[i])
+                right_side[5 * i + 3 + k] = -np.cross(omega[i], b) @ (omega[o] - omega[i])
         free = np.linalg.solve(mass, right)
         inverse = np.linalg.solve(mass, rows.T)
-        multiplier = np.linalg.lstsq(rows @ inverse, known - rows @ free, rcond=1e-12)[0]
+        multiplier = np.linalg.lstsq(rows @ inverse, right_side - rows @ free, rcond=1e-12)[0]
         accelerations = (free + inverse @ multiplier).reshape(n, 6)
         return accelerations[:, :3], accelerations[:, 3:]
 
@@ -157,13 +159,13 @@ def test_accelerations_are_those_of_the_general_formulation(polygon, n, seed):
 def test_turning_the_plane_keeps_position_and_velocity_of_the_pin(polygon):
     """The exact rotation: components turn back, the pin's velocity in space stays, a turn is a turn."""
     loop = polygon(6, 6)
-    room = make_space_work(6, 0)
+    space_work = make_space_work(6, 0)
     plane, state, step = loop.plane, loop.state, 0.01
     before = rotation(plane.attitude)
     velocity = before @ [*state.pin[2:], plane.motion[1]]
     at = before @ [*state.pin[:2], plane.motion[0] + step * plane.motion[1]]  # `advance` moves x and y itself
     p, q = plane.motion[2:]
-    turn_plane(loop.model._replace(step=step), state, room)
+    turn_plane(loop.model._replace(step=step), state, space_work)
     after = rotation(plane.attitude)
     # errors of rounding of a few operations on numbers of the order of 1
     np.testing.assert_allclose(after @ [*state.pin[2:], plane.motion[1]], velocity, rtol=0, atol=1e-14)

@@ -27,12 +27,12 @@ def law():
     return make_law(0.25, 5e7, 0.5, MU, 0.2, 0.1, 0.1, 3.0, shear_stiffness=STIFFNESS)
 
 
-def pushed(law, way, shear=0.0, steps=50, normal=NORMAL):
+def pushed(law, distance, shear=0.0, steps=50, normal=NORMAL):
     """Return the displacement after a push of a link along a surface, and its work (J), by trapezia."""
     work, force = 0.0, STIFFNESS * shear
     for _ in range(steps):
-        shear, _ = sheared(law, shear, way / steps / 1e-3, normal, 1e-3)
-        work += 0.5 * (force + STIFFNESS * shear) * way / steps
+        shear, _ = sheared(law, shear, distance / steps / 1e-3, normal, 1e-3)
+        work += 0.5 * (force + STIFFNESS * shear) * distance / steps
         force = STIFFNESS * shear
     return shear, work
 
@@ -53,8 +53,8 @@ def test_cycle_loses_the_area_of_its_loop(law):
     amplitude, shear, work = 2.0 * LIMIT, 0.0, np.zeros(3)
     shear, _ = pushed(law, amplitude)
     for cycle in range(3):  # the first is not yet periodic
-        for way in (-2 * amplitude, 2 * amplitude):
-            shear, taken = pushed(law, way, shear, steps=8000)
+        for distance in (-2 * amplitude, 2 * amplitude):
+            shear, taken = pushed(law, distance, shear, steps=8000)
             work[cycle] += taken
     assert work[2] == pytest.approx(4 * SLIDING * (amplitude - LIMIT * np.tanh(amplitude / LIMIT)), rel=1e-6)
 

@@ -155,16 +155,16 @@ def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
     work.friction[:] = 0.0
     rubbed(0.0, 0.0)
     force = components(work.contact[: work.count[0]], "friction")
-    begun = led = rubbed(0.0, slips)
+    begun = ahead = rubbed(0.0, slips)
     assert begun.any()
     for _ in range(200):  # until it is that of the step before
-        led = rubbed(led, slips)
+        ahead = rubbed(ahead, slips)
     rows = work.contact[: work.count[0]]
     wheel = rows["kind"] != FLANK
     np.testing.assert_allclose(components(rows[wheel], "friction"), force[wheel], rtol=1e-9)
-    touched = led != 0
+    touched = ahead != 0
     touched[: len(work.tooth_force)] = False  # teeth without a mobility take all of it at once
-    assert (np.abs(begun[touched]) < np.abs(led[touched])).all() and (begun * led >= 0).all()
+    assert (np.abs(begun[touched]) < np.abs(ahead[touched])).all() and (begun * ahead >= 0).all()
 
 
 def test_forces_of_the_teeth_at_the_default_step_are_those_of_a_method_of_order_four(make_scene):
@@ -184,12 +184,12 @@ def test_a_force_of_the_teeth_slows_itself_only_while_it_grows(loop):
     model, state, work = loop
     memory = state.tooth_impact.copy()
     refresh(model, state, work)
-    led = work.tooth_force.copy()
+    ahead = work.tooth_force.copy()
     yielding = model._replace(tooth=model.tooth._replace(mobility=0.2))
-    state.tooth_impact[:], work.tooth_before[:] = memory, led
+    state.tooth_impact[:], work.tooth_before[:] = memory, ahead
     refresh(yielding, state, work)
-    np.testing.assert_allclose(work.tooth_force, led, rtol=1e-12)
+    np.testing.assert_allclose(work.tooth_force, ahead, rtol=1e-12)
     state.tooth_impact[:], work.tooth_before[:] = memory, 0.0
     refresh(yielding, state, work)
-    touched = led > 0
-    assert (work.tooth_force[touched] < led[touched]).all() and (work.tooth_force[touched] > 0).any()
+    touched = ahead > 0
+    assert (work.tooth_force[touched] < ahead[touched]).all() and (work.tooth_force[touched] > 0).any()

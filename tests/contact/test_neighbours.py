@@ -21,16 +21,16 @@ def distances(loop):
         y = work.pin_y[body] + along * np.sin(state.angle[body])
         return np.column_stack([x, y, np.full(len(x), height)])
 
-    def seen(points, wheel):
+    def from_wheel(points, wheel):
         if space is None:
             return points[:, :2] - [model.wheels.x[wheel], model.wheels.y[wheel]]
         return (points @ space.relative[wheel].T - model.space.centre[wheel])[:, :2]
 
-    arcs = np.hypot(*seen(places(shoes.arc_body, shoes.arc_x), SPROCKET).T)
+    arcs = np.hypot(*from_wheel(places(shoes.arc_body, shoes.arc_x), SPROCKET).T)
     links = np.empty(work.wheel_force.shape)
     for wheel in range(links.shape[1]):
-        a = seen(places(shoes.link_body, shoes.link_start), wheel)
-        b = seen(places(shoes.link_body, shoes.link_end), wheel)
+        a = from_wheel(places(shoes.link_body, shoes.link_start), wheel)
+        b = from_wheel(places(shoes.link_body, shoes.link_end), wheel)
         along = np.clip(-np.sum(a * (b - a), axis=1) / np.sum((b - a) ** 2, axis=1), 0, 1)
         links[:, wheel] = np.hypot(*(a + along[:, None] * (b - a)).T)
     return arcs, links
@@ -42,11 +42,11 @@ def missed(loop):
     arcs, links = distances(loop)
     reached = arcs < model.tooth.addendum + model.tooth.arc_radius
     touching = (links < model.wheels.radius + model.wheels.half_thickness) & (model.wheels.present == 1)
-    known, known_links = np.zeros(len(arcs), bool), np.zeros(links.shape, bool)
-    known[candidates.arc[: candidates.count[0]]] = True
-    known_links[tuple(candidates.link[: candidates.count[1]].T)] = True
+    listed, listed_links = np.zeros(len(arcs), bool), np.zeros(links.shape, bool)
+    listed[candidates.arc[: candidates.count[0]]] = True
+    listed_links[tuple(candidates.link[: candidates.count[1]].T)] = True
     count = np.count_nonzero(reached) + np.count_nonzero(touching)
-    return np.count_nonzero(reached & ~known) + np.count_nonzero(touching & ~known_links), count
+    return np.count_nonzero(reached & ~listed) + np.count_nonzero(touching & ~listed_links), count
 
 
 SCENES = [

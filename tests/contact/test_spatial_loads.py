@@ -96,12 +96,12 @@ def test_action_and_reaction(make_spatial):
     model, state = make_spatial(motion=motion, **TILTED)
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
     model = model._replace(tooth=model.tooth._replace(arc_radius=model.tooth.arc_radius + 2e-4))
-    work, room = evaluate(model, state)
+    work, spatial = evaluate(model, state)
     space = model.space
-    a_p = room.attitude
+    a_p = spatial.attitude
     at = np.insert(mass_centres(model.chain, state), 2, state.plane.motion[0], axis=1) @ a_p.T
-    force = np.column_stack([work.force_x, work.force_y, room.force_z]) @ a_p.T
-    moment = np.column_stack([room.moment_x, room.moment_y, work.moment]) @ a_p.T
+    force = np.column_stack([work.force_x, work.force_y, spatial.force_z]) @ a_p.T
+    moment = np.column_stack([spatial.moment_x, spatial.moment_y, work.moment]) @ a_p.T
     total_force, total_moment = force.sum(axis=0), (moment + np.cross(at, force)).sum(axis=0)
     size = np.abs(force).sum()
     assert (ContactList(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
@@ -110,10 +110,10 @@ def test_action_and_reaction(make_spatial):
         frame = space.frame[wheel]
         centre = np.array([model.wheels.x[wheel], model.wheels.y[wheel], 0.003 if wheel == 1 else 0.0])
         np.testing.assert_allclose(frame @ space.centre[wheel], centre, rtol=0, atol=1e-15)
-        reaction = frame @ room.wheel_load[wheel, :3]
+        reaction = frame @ spatial.wheel_load[wheel, :3]
         total_force = total_force + reaction
-        total_moment = total_moment + frame @ room.wheel_load[wheel, 3:] + np.cross(centre, reaction)
-        assert work.wheel_torque[wheel] == pytest.approx(room.wheel_load[wheel, 5], rel=1e-12)
+        total_moment = total_moment + frame @ spatial.wheel_load[wheel, 3:] + np.cross(centre, reaction)
+        assert work.wheel_torque[wheel] == pytest.approx(spatial.wheel_load[wheel, 5], rel=1e-12)
     np.testing.assert_allclose(total_force, 0.0, atol=1e-12 * size)
     np.testing.assert_allclose(total_moment, 0.0, atol=1e-12 * size)
 
@@ -122,10 +122,10 @@ def test_action_and_reaction(make_spatial):
 def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wheel):
     """The whole loop turns as if fixed to the wheel, about the wheel's tilted axis."""
     model, state = make_spatial(**TILTED)
-    room, rate = evaluate(model, state)[1], -2.16
-    omega = rate * room.relative[wheel, 2]  # the axis in P
+    spatial, rate = evaluate(model, state)[1], -2.16
+    omega = rate * spatial.relative[wheel, 2]  # the axis in P
     pin = np.array([*state.pin[:2], state.plane.motion[0]])
-    velocity = np.cross(omega, pin - room.centre[wheel])
+    velocity = np.cross(omega, pin - spatial.centre[wheel])
     state.plane.motion[1:] = velocity[2], omega[0], omega[1]
     state.pin[2:] = velocity[:2]
     state.rate[:] = omega[2]
@@ -150,12 +150,12 @@ def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
         return ContactList(work, kinds=(GUIDE,), axes="xyz"), space
 
     assert len(guides(0.0049, 0.5)[0].body) == 0
-    touched, room = guides(0.0055, 0.1)
+    touched, spatial = guides(0.0055, 0.1)
     assert set(touched.wheel) == {0, 1, 2} and (touched.body % 2 == 1).all()
     # 1e6 N/m x 0.5 mm + 1e3 N s/m x 0.1 m/s
     np.testing.assert_allclose(touched.normal[:, 2], -600.0, rtol=1e-9)
     assert not touched.normal[:, :2].any() and not touched.friction.any()
-    assert room.force_z.sum() == pytest.approx(-600.0 * len(touched.body), rel=1e-9)
+    assert spatial.force_z.sum() == pytest.approx(-600.0 * len(touched.body), rel=1e-9)
     np.testing.assert_allclose(guides(-0.0055, -0.1)[0].normal[:, 2], 600.0, rtol=1e-9)
     # leaving at 1 m/s the damper would pull with 1000 N
     assert (guides(0.0055, -1.0)[0].normal[:, 2] == 0.0).all()

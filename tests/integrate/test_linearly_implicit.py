@@ -124,7 +124,7 @@ def test_forces_are_extrapolated_along_the_path_of_the_step(parts, make_scene):
     model = model._replace(tooth=tooth, wheels=wheels)
     h = 1e-6  # central differences: an error of third order
     evaluate(model, state, work, terms, h)
-    led = ContactList(work).force
+    ahead = ContactList(work).force
     evaluate(model, state, work)
     now = ContactList(work).force
     there = []
@@ -137,7 +137,7 @@ def test_forces_are_extrapolated_along_the_path_of_the_step(parts, make_scene):
     change = AHEAD * (there[1] - there[0]) / 2
     assert np.abs(change).max() > 1e-2
     # rounding of places of 1 m over a penetration of 1e-5 m leaves 1e-6 N
-    np.testing.assert_allclose(led - now, change, rtol=0, atol=1e-4 * np.abs(change).max())
+    np.testing.assert_allclose(ahead - now, change, rtol=0, atol=1e-4 * np.abs(change).max())
 
 
 # --- a step of the running loop

@@ -28,12 +28,12 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
     step = 1e-7
     s = np.concatenate([path.start[:-1], np.linspace(0.01, path.length, 37)])
     before, (_, heading, curvature), after = (path.along(s + shift) for shift in (-step, 0.0, step))
-    bend, way = (after[1] - before[1] + pi) % (2 * pi) - pi, after[0] - before[0]
+    bend, step_vector = (after[1] - before[1] + pi) % (2 * pi) - pi, after[0] - before[0]
     # position and heading change by the step only, also where arcs end
-    np.testing.assert_allclose(np.hypot(*way.T), 2 * step, rtol=1e-6)
+    np.testing.assert_allclose(np.hypot(*step_vector.T), 2 * step, rtol=1e-6)
     assert (np.abs(bend) <= 2 * step / 0.25 + 1e-12).all()
     # differences of positions of 1 m over 2e-7 m carry 1e-9
-    assert np.abs((np.arctan2(way[:, 1], way[:, 0]) - heading + pi) % (2 * pi) - pi).max() < 1e-6
+    assert np.abs((np.arctan2(step_vector[:, 1], step_vector[:, 0]) - heading + pi) % (2 * pi) - pi).max() < 1e-6
     inside = np.abs(s[:, None] - path.start).min(axis=1) > 2 * step
     np.testing.assert_allclose(-bend[inside] / (2 * step), curvature[inside], rtol=0, atol=1e-6)
 

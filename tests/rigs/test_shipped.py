@@ -124,5 +124,5 @@ def test_exudyn_agrees():
         loop.advance(1.0 / rig.rate)
         centres.append(loop.mass_centres)
     apart = np.linalg.norm(np.array(centres) - run.centre, axis=2).max()
-    way = abs(scene.sprocket_rate) * rig.pin_circle * (scene.ramp / 2 + scene.duration)
-    assert apart < TOLERANCE * way and way > 1.5
+    travelled = abs(scene.sprocket_rate) * rig.pin_circle * (scene.ramp / 2 + scene.duration)
+    assert apart < TOLERANCE * travelled and travelled > 1.5

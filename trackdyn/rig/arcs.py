@@ -77,8 +77,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
     rise = sign * np.diff(ends)
     if (rise <= 0).any():
-        k, room = int(np.argmax(rise <= 0)), "other radii would leave it room"
-        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; {room}")
+        k, remedy = int(np.argmax(rise <= 0)), "other radii would leave it room"
+        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; {remedy}")
     return groove_of_flank(teeth, arcs, ends)
 
 

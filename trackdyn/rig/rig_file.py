@@ -104,7 +104,7 @@ def _section(data: dict, name: str) -> dict[str, Any]:
 
 def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
     """Return the rig ``base`` with the values of ``data`` in place of its own."""
-    own, known = ({**_section(rig, "chain"), **_section(rig, "sprocket")} for rig in (data, base))
+    own, inherited = ({**_section(rig, "chain"), **_section(rig, "sprocket")} for rig in (data, base))
     other_chain, own_wheels = bool(own.keys() & OTHER_CHAIN), _section(data, "wheels")
     if own.keys() >= {"pitch", "equal_pitch_radius"}:
         raise InputError("chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
@@ -113,7 +113,7 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
         dropped = {"pitch"}
     elif "pitch" in own and other_chain:
         dropped = {"ring_radius", "equal_pitch_radius"}
-    elif "pitch" in own | known and "groove" in data:  # a groove that is designed for this pitch
+    elif "pitch" in own | inherited and "groove" in data:  # a groove that is designed for this pitch
         dropped = {"equal_pitch_radius"}
     rig = dict(base)
     for name in ("chain", "sprocket"):

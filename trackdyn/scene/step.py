@@ -24,10 +24,10 @@ Result = TypeVar("Result")
 
 def round_step(limit: float, sample: float) -> float:
     """Return a step within a limit that divides the sample interval by a product of 2s and 5s, s."""
-    parts = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
-    while 10**12 % parts:
-        parts += 1
-    return sample / parts
+    pieces = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
+    while 10**12 % pieces:
+        pieces += 1
+    return sample / pieces
 
 
 def halved_steps(step: float, sample: float, halvings: int = HALVINGS) -> list[float]:
