@@ -425,7 +425,7 @@ def test_the_advice_names_its_loads_and_the_drag():
         "this holds for a track that pulls nothing: the motor overcomes its own drag, 226 to 414 N"
     )
     assert held_for(loaded_study(), RULE, bench) == (
-        "this holds for loads of 0 and 3000 N on the chain, beside its own drag, 227 to 415 N"
+        "this holds for loads of 0 and 3000 N on the chain, in addition to its own drag, 227 to 415 N"
     )
     unknown = free.assign(motor_power_w=float("nan"))
     assert "overcomes its own drag" in held_for(unknown, RULE, bench)
