@@ -19,13 +19,18 @@ def table(header, row):
     return header + "\n" + "".join(row(k, T[k], AY[k]) + "\n" for k in range(T.size))
 
 
-def clock(t, hours=True):
+def form(header, row, **options):
+    return table(header, row), options
+
+
+def swapped(text):
+    """Points for commas, and commas for points."""
+    return text.translate(str.maketrans(",.", ".,"))
+
+
+def clock(t):
     minutes, seconds = divmod(t, 60)
-    return (
-        f"{int(minutes) // 60:02d}:{int(minutes) % 60:02d}:{seconds:06.3f}"
-        if hours
-        else f"{int(minutes) % 60:02d}:{seconds:06.3f}"
-    )
+    return f"{int(minutes) % 60:02d}:{seconds:06.3f}"
 
 
 # packets of ten rows, of two sensors in turn
@@ -40,78 +45,60 @@ NODES = table("t_ms,range_g,node,ay_g", lambda k, t, a: f"{8 * k},2,1,{-a}\n{8 *
 FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) / 1000)
 NOISE = np.random.default_rng(5).integers(-12, 13, T.size)
 FORMS = {
-    "plain": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"), {}),
-    "afternoon": (
-        table("time,ay_g", lambda k, t, a: f"05/13/2024 0{1 + (t > 1)}:{clock(t, False)} PM,{a}").replace(
-            " 02:", " 01:"
-        ),
-        {},
+    "plain": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"),
+    "afternoon": form("time,ay_g", lambda k, t, a: f"05/13/2024 01:{clock(t)} PM,{a}"),
+    "past the hour": form("time,ay_g", lambda k, t, a: f"{clock(3598.5 + t)},{a}"),
+    "blank lines": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"),
+    "units in cells": form("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"),
+    "units with raised signs": form("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"),
+    "commas and a point": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}"),
+    "points and a comma": form("t_ms;ay_mg", lambda k, t, a: swapped(f"{8 * k:,.1f};{1000 * a:,.2f}")),
+    "apostrophes": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")),
+    "blanks in thousands": form(
+        "t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")
     ),
-    "past the hour": (table("time,ay_g", lambda k, t, a: f"{clock(3598.5 + t, False)},{a}"), {}),
-    "blank lines": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"), {}),
-    "units in cells": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"), {}),
-    "units with raised signs": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"), {}),
-    "commas and a point": (table("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}"), {}),
-    "points and a comma": (
-        table("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}".translate(str.maketrans(",.", ".,"))),
-        {},
-    ),
-    "apostrophes": (table("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")), {}),
-    "blanks in thousands": (
-        table("t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")),
-        {},
-    ),
-    "stamps in brackets": (table("time;ay_g", lambda k, t, a: f"[10:00:{t:06.3f}];{a}"), {}),
-    "quoted lines": (table('"t_s,ay_g"', lambda k, t, a: f'"{t:.3f},{a}"'), {}),
-    "secs and nsecs": (table("secs,nsecs,ay_g", lambda k, t, a: f"{int(17 + t)},{round(t % 1 * 1e9)},{a}"), {}),
-    "a row of another sensor": (table("t_s,ay_g,temp", lambda k, t, a: f"{t:.3f},{a},\n{t + 0.004:.3f},,20"), {}),
-    "one of two sensors": (
-        table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{9 * a:.4f}"),
-        {"group": "ACC"},
+    "stamps in brackets": form("time;ay_g", lambda k, t, a: f"[10:00:{t:06.3f}];{a}"),
+    "quoted lines": form('"t_s,ay_g"', lambda k, t, a: f'"{t:.3f},{a}"'),
+    "secs and nsecs": form("secs,nsecs,ay_g", lambda k, t, a: f"{int(17 + t)},{round(t % 1 * 1e9)},{a}"),
+    "a row of another sensor": form("t_s,ay_g,temp", lambda k, t, a: f"{t:.3f},{a},\n{t + 0.004:.3f},,20"),
+    "one of two sensors": form(
+        "t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{9 * a:.4f}", group="ACC"
     ),
     # two nodes, of which the range of one is the number of the other
     "the range of a node": (NODES, {"group": "node=2"}),
-    "a kind within a node": (
-        table(
-            "t_ms,node,kind,y",
-            lambda k, t, a: "\n".join(
-                f"{8 * k},{node},{kind},{factor * a}"
-                for node, kind, factor in ((1, "ACC", -1), (1, "GYR", 9), (2, "ACC", 1), (2, "GYR", -9))
-            ),
+    "a kind within a node": form(
+        "t_ms,node,kind,y",
+        lambda k, t, a: "\n".join(
+            f"{8 * k},{node},{kind},{factor * a}"
+            for node, kind, factor in ((1, "ACC", -1), (1, "GYR", 9), (2, "ACC", 1), (2, "GYR", -9))
         ),
-        {"group": "node=2,kind=ACC", "axes": {"ay": "y"}, "unit": "g"},
+        group="node=2,kind=ACC", axes={"ay": "y"}, unit="g",
     ),
     "nodes as pandas writes them": (NODES.replace(",1,", ",1.0,").replace(",4,2,", ",4,2.0,"), {"group": "node=2"}),
     "a node that is a stamp, too": (NODES.replace(",4,2,", ",4,8,"), {"group": "8"}),
     # whole numbers and words that are of no other sensor
-    "counts of other axes": (
-        table("t_ms,X,Y,Z", lambda k, t, a: f"{8 * k},{NOISE[k]},{a},{NOISE[-k] // 4}"),
-        {"axes": {"ay": "Y"}, "unit": "g"},
+    "counts of other axes": form(
+        "t_ms,X,Y,Z", lambda k, t, a: f"{8 * k},{NOISE[k]},{a},{NOISE[-k] // 4}", axes={"ay": "Y"}, unit="g"
     ),
-    "a rate of turn": (table("t_ms,gz_dps,ay_g", lambda k, t, a: f"{8 * k},{round(5 * a) + NOISE[k] // 8},{a}"), {}),
-    "a counter that begins again": (table("t_s,n,ay_g", lambda k, t, a: f"{t:.3f},{k % 16},{a}"), {}),
-    "a counter and coarse stamps": (
-        table("t_s,n,ay_g", lambda k, t, a: f"{k // 3 * 0.024:.3f},{k % 16},{a}"),
-        {"time": "none", "rate": 125},
+    "a rate of turn": form("t_ms,gz_dps,ay_g", lambda k, t, a: f"{8 * k},{round(5 * a) + NOISE[k] // 8},{a}"),
+    "a counter that begins again": form("t_s,n,ay_g", lambda k, t, a: f"{t:.3f},{k % 16},{a}"),
+    "a counter and coarse stamps": form(
+        "t_s,n,ay_g", lambda k, t, a: f"{k // 3 * 0.024:.3f},{k % 16},{a}", time="none", rate=125
     ),
-    "buffers in turn": (table("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"), {}),
-    "laps": (table("t_s,lap,ay_g", lambda k, t, a: f"{t:.3f},{1 + k // 150},{a}"), {}),
-    "two states by chance": (table("t_s,state,ay_g", lambda k, t, a: f"{t:.3f},{NOISE[k] > 0:d},{a}"), {}),
-    "buffers that jump": (table("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"), {"group": "none"}),
+    "buffers in turn": form("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"),
+    "laps": form("t_s,lap,ay_g", lambda k, t, a: f"{t:.3f},{1 + k // 150},{a}"),
+    "two states by chance": form("t_s,state,ay_g", lambda k, t, a: f"{t:.3f},{NOISE[k] > 0:d},{a}"),
+    "buffers that jump": form("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}", group="none"),
     # stamps
-    "a counter of 32 bits": (table("t_us,ay_g", lambda k, t, a: f"{(4293967295 + 8000 * k) % 2**32},{a}"), {}),
-    "a counter of 16 bits": (
-        table("Millis,ay_g", lambda k, t, a: f"{(65000 + 8 * k) % 2**16},{a}"),
-        {"time": "Millis"},
+    "a counter of 32 bits": form("t_us,ay_g", lambda k, t, a: f"{(4293967295 + 8000 * k) % 2**32},{a}"),
+    "a counter of 16 bits": form("Millis,ay_g", lambda k, t, a: f"{(65000 + 8 * k) % 2**16},{a}", time="Millis"),
+    "micros in s": form("t_s,ay_g", lambda k, t, a: f"{(4294.9 + t) % 4294.967296:.6f},{a}"),
+    "every row twice": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"),
+    "twice, without stamps": form(
+        "t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}", time="none", rate=125
     ),
-    "micros in s": (table("t_s,ay_g", lambda k, t, a: f"{(4294.9 + t) % 4294.967296:.6f},{a}"), {}),
-    "every row twice": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"), {}),
-    "twice, without stamps": (
-        table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"),
-        {"time": "none", "rate": 125},
-    ),
-    "counts without a sign": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{round(8192 * a) % 65536}"), {"scale": 8192}),
-}
+    "counts without a sign": form("t_s,ay", lambda k, t, a: f"{t:.3f},{round(8192 * a) % 65536}", scale=8192),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -176,10 +163,7 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
         (table("", lambda k, t, a: f"t:{t:.3f},ay:{a}")[1:], "no column for ay among 't:0.000'"),
         (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "newest row is first; sort the rows"),
         (table("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}"), "sort the rows"),
-        (
-            table("t;ay_g", lambda k, t, a: f"{8 * k:,};{a}".replace(",", "*").replace(".", ",").replace("*", ".")),
-            "thous",
-        ),
+        (table("t;ay_g", lambda k, t, a: swapped(f"{8 * k:,};{a}")), "thous"),
         (table("t_s,channel", lambda k, t, a: f"{t:.3f},{a}"), "axes: {ay: NAME}`.*`unit: g`"),
     ],
 )

@@ -58,10 +58,8 @@ DEFECTS = {
     "empty": ("", ("empty", HEADER)),
     "comments only": ("# made by hand\n", ("only comments", HEADER)),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
-    "a quote within quoted lines": (
-        "".join(f'"{line}"\n' for line in changed(5, '0.003,"0.1",1.03,0').splitlines()),
-        ("no column for ay",),
-    ),
+    "a quote within quoted lines": ("".join(f'"{line}"\n' for line in changed(5, '0.003,"0.1",1.03,0').splitlines()),
+        ("no column for ay",)),
     "no header": (BARE, ("line 1", "numbers", "axes: {ay: 3}")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
     "no unit": (changed(1, "t_s,ax_g,ay,az_g"), ("'ay'", "states no unit", "m/s2")),
@@ -72,20 +70,13 @@ DEFECTS = {
     "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
     "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "axes: {ay: '#3'}")),
     "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "time: none, rate: HZ")),
-    "time in a form that is not read": (
-        "ay_g;TimeOfDay\n" + "".join(f"{k};1,00{k}\n" for k in range(6)),
-        ("the time may be in column 2",),
-        {"rate": 1e3},
-    ),
+    "time in a form that is not read": ("ay_g;TimeOfDay\n" + "".join(f"{k};1,00{k}\n" for k in range(6)),
+        ("the time may be in column 2",), {"rate": 1e3}),
     "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 fields", "ay_g")),
-    "short and long line": (
-        changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
-        ("line 4", "3 fields", "has 4", "complete"),
-    ),
-    "no names": (
-        ",\n" + "".join(f"0.00{k},1.{k}\n" for k in range(6)),
-        ("no column for ay among columns without names",),
-    ),
+    "short and long line": (changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
+        ("line 4", "3 fields", "has 4", "complete")),
+    "no names": (",\n" + "".join(f"0.00{k},1.{k}\n" for k in range(6)),
+        ("no column for ay among columns without names",)),
     "empty line": (changed(4, ""), ("line 5", "0.002 s apart")),
     "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "''", "finite")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "finite number")),
@@ -99,20 +90,15 @@ DEFECTS = {
         changed(5, "0.003,0.1,1.0,0.0").replace(",", ";").replace(".", ",").replace("0,003;0,1", "0,003;0.1"),
         ("ax_g", "line 5", "'0.1'", "decimal comma"),
     ),
-    "thousands or decimals": (
-        "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
-        ("'1,000'", "thousands"),
-    ),
+    "thousands or decimals": ("t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
+        ("'1,000'", "thousands")),
     "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "from: S")),
     "wide gap": ("\n".join([HEADER, *rows(60)[:30], *rows(60)[40:]]), ("gap", "line 32", "0.029", "0.04 s")),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "resample: true")),
     "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows per second", "100 to 1,000,000", "rate: HZ")),
     "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "time: none")),
-    "equal stamps in the window": (
-        wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
-        ("all 4 rows are equal", "time: none"),
-        {"start": 0.003},
-    ),
+    "equal stamps in the window": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
+        ("all 4 rows are equal", "time: none"), {"start": 0.003}),
     "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
     "equal stamps": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
@@ -132,11 +118,8 @@ DEFECTS = {
     "numbers above names": ("1,2,3,4\nt,x,y,z\n" + BARE, ("field 3 in line 2 is 'y'", "remove"), by("1", "3")),
     "rows above names": (BARE[:28] + CLEAN, ("line 1 has numbers", "line 2"), by("t_s", "ay_g")),
     "text in the first row": (BARE.replace("1.0000", "abc"), ("field 3 in line 1 is 'abc'",), by("1", "3")),
-    "a number in a preamble": (
-        "Device;7\n" + "".join(f"{k};{1 + 0.01 * k}\n" for k in range(9)),
-        ("line 1 ('Device;7')", "text"),
-        by("none", "2", rate=1000),
-    ),
+    "a number in a preamble": ("Device;7\n" + "".join(f"{k};{1 + 0.01 * k}\n" for k in range(9)),
+        ("line 1 ('Device;7')", "text"), by("none", "2", rate=1000)),
     "no such number": (BARE, ("no column 9", "4 fields"), by("1", "9")),
     "a number twice": (BARE, ("'1' is named for ay and time",), by("1", "1")),
     "a name and a number": (BARE, ("line 1 has numbers", "all columns by number"), by("t_s", "3")),
@@ -144,21 +127,12 @@ DEFECTS = {
     "stamps of no form below names": ("t,y\n" + NOON, ("or a date and time as",), by("t", "y")),
     "dates for ay": (DATED, ("field 1 in line 1", "finite number"), by("3", "1")),
     # units and zeros
-    "counts beyond the range": (
-        raw("t_s,ax,ay,az", [1, 40000, 3]),
-        ("19.5312 g", "counts of 1/2048 g", "scale: N"),
-        {"range": 16, "bits": 16},
-    ),
-    "another zero": (
-        "t_ms,ay\n" + "".join(f"{k},{2048 + (100 if k % 2 else -100)}\n" for k in range(40)),
-        ("21.48 g", "where 0 g is not 0, perhaps `zero: 2048`"),
-        {"scale": 100},
-    ),
-    "half of the counts": (
-        "t_ms,ay\n" + "".join(f"{k},{32768 + (2400 if k % 2 else -2000)}\n" for k in range(40)),
-        ("where 0 g is not 0, perhaps `zero: 32768`",),
-        {"scale": 1024},
-    ),
+    "counts beyond the range": (raw("t_s,ax,ay,az", [1, 40000, 3]), ("19.5312 g", "counts of 1/2048 g", "scale: N"),
+        {"range": 16, "bits": 16}),
+    "another zero": ("t_ms,ay\n" + "".join(f"{k},{2048 + (100 if k % 2 else -100)}\n" for k in range(40)),
+        ("21.48 g", "where 0 g is not 0, perhaps `zero: 2048`"), {"scale": 100}),
+    "half of the counts": ("t_ms,ay\n" + "".join(f"{k},{32768 + (2400 if k % 2 else -2000)}\n" for k in range(40)),
+        ("where 0 g is not 0, perhaps `zero: 32768`",), {"scale": 1024}),
     "all that is missing": (
         ",Box 1,,Box 2,\nTime,Clock,y,ay,time,ay\n" + "".join(f"{k}0,{k},1,{k}.5,{k}0,{k}.7\n" for k in range(9)),
         (
@@ -176,13 +150,10 @@ DEFECTS = {
         "POINTS 90  AT 1000 HZ\n" + "".join(f" {k % 7}.25 {k % 5}.5 {k % 3}.75\n" for k in range(30)),
         ("no column for ay among '1', '2', '3'",),
     ),
-    "a checksum": (
-        "".join(f"{k / 1000:.3f},{k % 7}.5*{k + 16:02X}\n" for k in range(9)),
-        ("no rows with numbers in column 1 and 2", "line 9 has '1.5*18'"),
-        by("1", "2"),
-    ),
+    "a checksum": ("".join(f"{k / 1000:.3f},{k % 7}.5*{k + 16:02X}\n" for k in range(9)),
+        ("no rows with numbers in column 1 and 2", "line 9 has '1.5*18'"), by("1", "2")),
     "messages": (b"header: \n  seq: 0\nlinear_acceleration: \n  y: -2.3927\n---\n", ("messages in YAML", "echo -p")),
-}
+}  # fmt: skip
 
 
 def refused(path, words, **options):

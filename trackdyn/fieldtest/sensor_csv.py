@@ -60,13 +60,7 @@ class SensorRecord:
         return any(samples.WRAPS in doubt for doubt in self.doubts)
 
     def averaged(self, rate: float) -> "SensorRecord":
-        """Return the record of a sensor of a lower ``rate`` (Hz), means over its samples; this one if it is no faster.
-
-        Parameters
-        ----------
-        rate : float
-            Rate of the other sensor, Hz.
-        """
+        """Return the record of a sensor of a lower ``rate`` (Hz), means over its samples; itself if it is no faster."""
         if (count := samples.whole_ratio(self.rate, rate)) == 1 or self.rate < rate:
             return self
         axes = {axis: values for axis in AXES if (values := getattr(self, axis)) is not None}
