@@ -1,4 +1,4 @@
-"""The workflow plans every rule, refuses a bad configuration in one sentence, and runs again what an edit concerns."""
+"""The workflow plans every rule, refuses a bad configuration in one sentence, and reruns rules after an edit."""
 
 import json
 import os
@@ -26,7 +26,7 @@ SCRIPTS = sorted(
         for script in SCRIPT.findall(path.read_text(encoding="utf-8"))
     }
 )
-# rules that simulate: what is measured or written of their runs is no matter of theirs
+# rules that simulate: measures and words of their runs do not concern them
 SIMULATING = re.compile(
     r"simulate|ring_runs|peer_runs|trade_scene|trade_promises"
     r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
@@ -34,7 +34,7 @@ SIMULATING = re.compile(
 
 
 def snakemake(tmp_path, *arguments, run="-n", root=ROOT):
-    """Plan the workflow as it stands; nothing is run or locked."""
+    """Plan the workflow unchanged; nothing is run or locked."""
     result = subprocess.run(
         [sys.executable, "-m", "snakemake", run, "--nolock", "--nocolor", *arguments],
         cwd=root,
@@ -47,9 +47,9 @@ def snakemake(tmp_path, *arguments, run="-n", root=ROOT):
 
 def planned_jobs(tmp_path, *arguments, root=ROOT):
     """Jobs by rule that a dry run plans."""
-    code, said = snakemake(tmp_path, *arguments, root=root)
-    assert code == 0, said
-    return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", said, re.M)}
+    code, output = snakemake(tmp_path, *arguments, root=root)
+    assert code == 0, output
+    return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", output, re.M)}
 
 
 def quick_config(tmp_path, change=lambda data: None):
@@ -82,7 +82,7 @@ def test_a_setting_waits_for_the_kernels_that_it_runs(tmp_path, setting, others)
     assert (planned["warm_up"], planned.get("warm_up_method", 0)) == (1, others)
 
 
-def test_a_rig_alone_will_do(tmp_path):
+def test_a_rig_is_sufficient(tmp_path):
     def own(data):
         data.clear()
         data |= {"rig": "bench", "results": str(tmp_path / "results")}
@@ -96,9 +96,9 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
     def repeat_a_radius(data):
         data["ring_study"]["radii_m"] = [0.303, 0.308, 0.308]
 
-    code, said = snakemake(tmp_path, "--configfile", quick_config(tmp_path, repeat_a_radius))
+    code, output = snakemake(tmp_path, "--configfile", quick_config(tmp_path, repeat_a_radius))
     sentence = "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice; give rising values"
-    assert code and said.count(sentence) == 1 and "Traceback (most recent call last)" not in said, said
+    assert code and output.count(sentence) == 1 and "Traceback (most recent call last)" not in output, output
 
 
 def test_every_task_has_a_rule():
@@ -155,7 +155,7 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     assert len(done.stdout.splitlines()) == len(scripts) > 5
 
 
-# --- what an edit makes due -----------------------------------------------------------------------------
+# --- rules that an edit makes due --------------------------------------------------------------------------
 
 
 class Pretended:
@@ -169,8 +169,8 @@ class Pretended:
         for name in ("config", "data", "docs/measured", "docs/pictures", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "Snakefile", self.root)
-        code, said = snakemake(folder, *self.targets, run="--summary", root=self.root)
-        files = [line.split("\t")[0] for line in said.splitlines() if line.count("\t") > 3][1:]
+        code, output = snakemake(folder, *self.targets, run="--summary", root=self.root)
+        files = [line.split("\t")[0] for line in output.splitlines() if line.count("\t") > 3][1:]
         made = {
             "trade.csv",
             "extremes.csv",
@@ -179,12 +179,12 @@ class Pretended:
             "report.html",
             "manifest.json",
         }
-        assert code == 0 and made <= {Path(file).name for file in files}, said
+        assert code == 0 and made <= {Path(file).name for file in files}, output
         for file in files:
             (self.root / file).parent.mkdir(parents=True, exist_ok=True)
             (self.root / file).touch()
-        code, said = snakemake(folder, "-j1", "--forceall", *self.targets, run="--touch", root=self.root)
-        assert code == 0, said
+        code, output = snakemake(folder, "-j1", "--forceall", *self.targets, run="--touch", root=self.root)
+        assert code == 0, output
 
     def due(self, *options):
         """Rules that would run again, with how many jobs; with ``options`` in place of the targets."""
@@ -208,7 +208,7 @@ class Pretended:
 
     @contextmanager
     def without(self, *names):
-        """The copy without these results, a folder with all that is in it."""
+        """The copy without these results; a folder goes with its content."""
         aside = Path(tempfile.mkdtemp(dir=self.folder))
         for name in names:
             (aside / name).parent.mkdir(parents=True, exist_ok=True)
@@ -233,7 +233,7 @@ METRIC = {
     "trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
     "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
 }
-# edits, the rules that they make due, and further ones, beside those that simulate, that they must not
+# edits, the rules that they make due, and further ones that they must not, besides those that simulate
 EDITS = {
     "a metric and a caption": (
         METRIC | {"workflow/trackdyn_replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
@@ -254,7 +254,7 @@ EDITS = {
 
 
 @pytest.mark.parametrize("name", EDITS)
-def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
+def test_measures_and_words_of_runs_rerun_none(pretended, name):
     edits, due, untouched = EDITS[name]
     with pretended.edited(edits):
         reruns = pretended.due()
@@ -298,7 +298,7 @@ def test_a_comment_makes_nothing_due(pretended):
         assert pretended.due() == {}
 
 
-def test_one_more_radius_costs_runs_of_rings_alone(pretended):
+def test_one_more_radius_costs_only_runs_of_rings(pretended):
     with pretended.edited({"config/quick.yaml": in_place_of("0.308, 0.313]", "0.308, 0.313, 0.3135]")}):
         due = pretended.due()
     assert {"measure", "metrics", "ring_figures", "claims"} <= due.keys()
@@ -320,7 +320,7 @@ MISSING = [
 
 
 @pytest.mark.parametrize(("names", "target", "rules"), MISSING)
-def test_a_missing_result_is_made_again_with_what_follows_from_it(pretended, names, target, rules):
+def test_a_missing_result_is_made_again_with_its_results(pretended, names, target, rules):
     with pretended.without(*names):
         due = pretended.due(*((*pretended.configured, target) if target else ()))
     assert rules <= due.keys() and bool(rules) == bool(due), due
@@ -339,10 +339,10 @@ def test_the_remedy_of_a_recording_of_another_configuration_makes_it_again(prete
     """A configuration was changed and its results touched: none is due, and the manifest's sentence names a command."""
     with pretended.edited({"config/quick.yaml": in_place_of("step_s: 1.0e-4", "step_s: 1.25e-4")}):
         assert pretended.due()["simulate"] == 2
-        code, said = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
-        assert code == 0 and pretended.due() == {}, said
+        code, output = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
+        assert code == 0 and pretended.due() == {}, output
         named = [f"results/quick/runs/meshing/{name}.npz" for name in ("no_ring", "ring")]
         due = pretended.due("-R", *named, *pretended.targets)
     assert due["simulate"] == 2 and {"metrics", "meshing_figures", "manifest"} <= due.keys()
-    code, said = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
-    assert code == 0 and pretended.due() == {}, said
+    code, output = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
+    assert code == 0 and pretended.due() == {}, output
