@@ -1,4 +1,4 @@
-"""Content of a manifest, and what `trackdyn verify` says of a run that is not the one of the manifest."""
+"""Content of a manifest, and messages of `trackdyn verify` on a run that is not the one of the manifest."""
 
 import json
 import os
@@ -82,16 +82,16 @@ def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path
     date = record.stat().st_mtime
     record.write_text("t,ay\n0,2\n", encoding="utf-8")
     os.utime(record, (date - 1e8, date - 1e8))
-    code, said, _ = run_command("verify", results)
-    assert code == 1 and "differs  115rpm.csv  is another input than the results were made from" in said
-    assert "`snakemake -j2 --forceall` if that has nothing to do, as after `--touch`" in said
+    code, output, _ = run_command("verify", results)
+    assert code == 1 and "differs  115rpm.csv  is another input than the results were made from" in output
+    assert "`snakemake -j2 --forceall` if that has nothing to do, as after `--touch`" in output
     record.unlink()
-    code, said, _ = run_command("verify", results)
-    assert code == 1 and "missing  115rpm.csv" in said
+    code, output, _ = run_command("verify", results)
+    assert code == 1 and "missing  115rpm.csv" in output
 
 
 def test_a_recording_of_another_configuration_is_no_equal_run(results):
-    """What `--touch` or `rerun-triggers: mtime` leaves: a configuration was changed, and no run was made again."""
+    """As `--touch` or `rerun-triggers: mtime` leave it: a configuration was changed, and no run was made again."""
     scene, rig = {"duration": 90.0, "step": 1e-4, "pitches": []}, {"chain": {"pitches": 35}}
     stated = {f"runs/{name}rpm.npz": scene | {"rig": rig_hash(rig)} for name in (115, 150)}
     for name in stated:
@@ -99,11 +99,11 @@ def test_a_recording_of_another_configuration_is_no_equal_run(results):
     write_manifest(results, [], stated)
     assert run_command("verify", results).code == 0
     changes = ({"duration": 80.0}, "duration = 90.0, now 80.0"), ({"rig": rig_hash({"chain": {}})}, "(rig)")
-    for change, said in changes:
+    for change, message in changes:
         changed = {name: fields | change for name, fields in stated.items()}
         with pytest.raises(InputError, match=r"another configuration .*, and so are runs/150rpm.npz; run") as refusal:
             write_manifest(results, [], changed)
-        assert said in str(refusal.value)
+        assert message in str(refusal.value)
         assert f"`snakemake -j2 -R {results}/runs/115rpm.npz {results}/runs/150rpm.npz`" in str(refusal.value)
     many = {f"runs/{k}rpm.npz": changed["runs/115rpm.npz"] for k in range(30)}
     for name in many:
@@ -119,7 +119,7 @@ def test_a_recording_of_another_configuration_is_no_equal_run(results):
     )
 
 
-# text of metrics.csv, its replacement, status, words of what is said
+# text of metrics.csv, its replacement, status, words of the message
 EDITS = [
     ("6.4", "8.8", EQUAL, ""),  # a time
     ("0.924182", "0.924190", WITHIN, "within the tolerance"),
@@ -134,13 +134,13 @@ EDITS = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "status", "said"), EDITS)
-def test_a_change_is_judged_and_said(results, old, new, status, said):
+@pytest.mark.parametrize(("old", "new", "status", "message"), EDITS)
+def test_a_change_is_judged_and_named(results, old, new, status, message):
     expected = describe(results)
     edit(results / "metrics.csv", old, new)
     findings = {finding.name: finding for finding in compare_files(results, expected)}
     changed = findings.pop("metrics.csv")
-    assert changed.status == status and said in changed.text
+    assert changed.status == status and message in changed.text
     assert {finding.status for finding in findings.values()} == {EQUAL}
 
 
@@ -159,7 +159,7 @@ def test_the_command_names_what_differs_is_missing_or_more_and_ends_with_1(resul
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "not a trackdyn manifest, or damaged"),
         ("[]", "must hold sections"),
@@ -167,9 +167,9 @@ def test_the_command_names_what_differs_is_missing_or_more_and_ends_with_1(resul
         ('{"format": 99}', f"has manifest format 99, this version reads {FORMAT}; write it again"),
     ],
 )
-def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, said):
+def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, message):
     (tmp_path / "manifest.json").write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         load_manifest(tmp_path / "manifest.json")
 
 
@@ -197,7 +197,7 @@ PICTURE = Image.effect_noise((90, 60), 9.0)
     ],
 )
 def test_a_damaged_file_fails(results, tmp_path, name, write):
-    """Beside the manifest of the results; beside another folder where a table is too long for one."""
+    """Against the manifest of the results, and against another folder where a table is too long for one."""
     write(path := results / name)
     whole, reference = path.read_bytes(), write_manifest(results)
     if name == "tables/long.csv":
@@ -217,6 +217,6 @@ def test_a_damaged_file_fails(results, tmp_path, name, write):
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):
-    for folder, said in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
-        with pytest.raises(InputError, match=said):
+    for folder, message in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
+        with pytest.raises(InputError, match=message):
             describe(folder)

@@ -50,7 +50,7 @@ rule {0}:
     log: f"{{R}}/logs/{0}.log"
     script: "../trackdyn_replication/{2}"
 """
-CAPTION = "  {0}:\n    {0}:\n      title: {1}\n      text: What it shows.\n"
+CAPTION = "  {0}:\n    {0}:\n      title: {1}\n      text: Its content.\n"
 MEASURE = """ACCELERATION += (
     acceleration("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),
 )
@@ -114,13 +114,13 @@ loop = pickle.loads((folder / "loop").read_bytes())
 loop._scratch = make_record(1, loop.arrays.state, len(loop.arrays.model.sensors.body))
 loop.record(0.002).save(folder / "new.npz")
 record = read_sensor("data/synthetic/150rpm.csv")
-said = {
+printed = {
     "measures": list(measures(belt).index), "compared": list(compare(belt, record)["measure"]),
     "metrics": list(run_metrics("", belt)), "refused": refused,
     "array": load_recording(folder / "new.npz").wheel_turn.tolist(),
     "page": build_page(results, tracks=tracks, studies=["probe"]),
 }
-print("\\n" + json.dumps(said))
+print("\\n" + json.dumps(printed))
 """
 
 
@@ -142,14 +142,14 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
     quick = ("--configfile", "config/quick.yaml", "--")
     assert {"mine", "page"} <= planned_jobs(tmp_path, *quick, "all", root=copy).keys()
     assert {"mine", "probe", "page"} <= planned_jobs(tmp_path, *quick, "studies", root=copy).keys()
-    code, said = snakemake(tmp_path, *quick, "mine", "probe", run="-j1", root=copy)
-    assert code == 0, said
+    code, output = snakemake(tmp_path, *quick, "mine", "probe", run="-j1", root=copy)
+    assert code == 0, output
     made = tmp_path / "results"
     shutil.copytree(results, made, ignore=shutil.ignore_patterns("runs"))
     for name in ("figures/mine.png", "tables/probe.csv", "probe.csv"):
         shutil.copy(copy / "results" / "quick" / name, made / name)
 
-    # all of them, interpreted: new kernels would be compiled for this test alone
+    # all of them, interpreted: new kernels would be compiled only for this test
     tracks = json.dumps({name: str(path) for name, path in TRACKS.items()})
     done = subprocess.run(
         [sys.executable, "-c", SHOWN, str(tmp_path), str(made), tracks],
@@ -169,10 +169,10 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
     for words in ("A figure of mine</h3>", "A study of mine</h3>", "105"):
         assert words in shown["page"]
 
-    # a mistake in a claim is said before anything runs
+    # a mistake in a claim is named before anything runs
     claims = copy / "config" / "claims.yaml"
     text = claims.read_text(encoding="utf-8")
     claims.write_text(text.replace("measure: rms_against_experiment", "measure: rms_against_experimemt", 1), "utf-8")
-    code, said = snakemake(tmp_path, *quick, "all", root=copy)
-    assert code and "config/claims.yaml: claim " in said and "Traceback (most recent call last)" not in said
-    assert "'rms_against_experimemt' is not a measure; did you mean 'rms_against_experiment'?" in said
+    code, output = snakemake(tmp_path, *quick, "all", root=copy)
+    assert code and "config/claims.yaml: claim " in output and "Traceback (most recent call last)" not in output
+    assert "'rms_against_experimemt' is not a measure; did you mean 'rms_against_experiment'?" in output

@@ -11,10 +11,10 @@ from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn_replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset, write_record
 
 FOLDER = ROOT / "data" / "synthetic"
-HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum says no more
+HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum is no more exact
 # The printed amplitude has four digits, but the layout is assumed: its belt turning exactly on a line shows
 # 1.168 g, 0.4 % less than printed at 180 rpm, and the least fluctuation takes 0.3 % more. 2 % covers
-# that, and is small beside the differences of 5 to 13 % that the records are compared at.
+# that, and is small against the differences of 5 to 13 % that the records are compared at.
 AMPLITUDE = 2.0  # percent
 
 

@@ -13,7 +13,7 @@ GRIPS = {0: 0.2, 1: 0.01, 2: 0.008, 3: 0.16}  # mobilised friction by setting
 
 @pytest.fixture
 def table():
-    """Twenty tracks; a ring that grips frees the right arc on track 0 alone, and on track 1 at 115 rpm only."""
+    """Twenty tracks; a ring that grips frees the right arc on track 0, and on track 1 at 115 rpm only."""
     rows = []
     for k, (law, velocity, stiffness) in enumerate(SETTINGS):
         for draw in range(20):

@@ -1,4 +1,4 @@
-"""The contacts against an independent multibody code, and what happens where it is missing."""
+"""The contacts against an independent multibody code, and the message where it is missing."""
 
 import sys
 
@@ -49,7 +49,7 @@ def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
     )
     ours = np.column_stack([work.force_x, work.force_y, work.moment])
     assert np.count_nonzero(ours[1::2, 0]) > 0  # some teeth bear
-    # N and N m on loads of some thousand: what rounding of positions leaves under stiff steel
+    # N and N m on loads of some thousand: rounding of positions under stiff steel
     assert np.abs(load - ours).max() < 1e-5
     assert np.abs(torque.sum(axis=0) - work.wheel_torque).max() < 1e-5
 

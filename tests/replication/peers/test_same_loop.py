@@ -1,4 +1,4 @@
-"""A loop in Exudyn, too: what it refuses, and equal motion."""
+"""A loop in Exudyn, too: refusals, and equal motion."""
 
 import numpy as np
 import pytest

@@ -35,7 +35,7 @@ def merged(*paths):
 
 
 def load(path):
-    """A shipped configuration: what it says, on top of the base."""
+    """Return a shipped configuration on top of the base."""
     return check_config(merged(BASE, path), path)
 
 
@@ -139,7 +139,7 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
 
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
 def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
-    """Also in a quick run; and other codes have models of the article's rig alone."""
+    """Also in a quick run; other codes have models only of the article's rig."""
     mine = tmp_path / "mine.yaml"
     mine.write_text(f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n", encoding="utf-8")
     config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)

@@ -141,12 +141,12 @@ def test_table1_has_the_areas_of_the_groove():
     assert list(table.loc[table["type"] == "convex", "area"]) == [1, 4, 7, 10]
     assert table.loc[1, "r_mm"] == pytest.approx(1000 * RIG.groove.r2)
     assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
-    assert table["length_mm"].min() > 1  # none of the ten arcs of the default rig is one in name alone
+    assert table["length_mm"].min() > 1  # none of the ten arcs of the default rig is one only in name
 
 
 @pytest.fixture(scope="module")
 def without_ring():
-    """A record of two passages without a ring, with what claims and figures read."""
+    """A record of two passages without a ring, with the columns of claims and figures."""
     scene = Scene(RIG, 115.0, None, duration=18.0, lead_in=1.0, frame_interval=0.01, pitches=(1, 2))
     return simulate(scene)
 

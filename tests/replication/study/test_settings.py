@@ -1,4 +1,4 @@
-"""The settings of the long studies: what is shipped is valid, what cannot be meant is refused in one sentence."""
+"""The settings of the long studies: shipped ones are valid, meaningless ones are refused in one sentence."""
 
 import copy
 from pathlib import Path
@@ -29,7 +29,7 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
 
 
 @pytest.mark.parametrize(
-    ("study", "field", "value", "says"),
+    ("study", "field", "value", "message"),
     [
         ("trade", "kept_apart", [[115, 0.308]], "kept_apart = [115.0, 0.308]: statistics.scenes holds"),
         ("trade", "statistics", ONE_METHOD, "steps_s: needs at least two steps"),
@@ -39,6 +39,6 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
         ("extremes", "depth_m", [1], "extremes.depth_m is not a known parameter"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(data, study, field, value, says):
+def test_a_meaningless_setting_is_refused(data, study, field, value, message):
     data[study][field] = value
-    refused(validated, Studies, data, "mine.yaml", words=[says], start="mine.yaml: ")
+    refused(validated, Studies, data, "mine.yaml", words=[message], start="mine.yaml: ")

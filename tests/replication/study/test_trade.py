@@ -64,7 +64,7 @@ def test_errors_are_those_of_the_step_though_runs_scatter_more(study):
     assert peaks.loc[("ten_arcs", "semi_implicit", 1e-4), "error"] == pytest.approx(0.02, abs=1e-6)
     assert peaks.loc[("three_surfaces", "semi_implicit", 1e-4), "error"] == pytest.approx(0.01, abs=1e-6)
     assert peaks.loc[("ten_arcs", "linearly_implicit", 5e-4), "error"] == pytest.approx(0.2, abs=1e-6)
-    # one passage scatters by 1 %, 35 of them would hide what two steps differ in; paired they do not
+    # one passage scatters by 1 %, 35 of them would hide the difference of two steps; paired they do not
     standard = peaks.loc[("ten_arcs", "semi_implicit", 1e-4)]
     assert 0.003 < standard["scatter"] < 0.03 and standard["uncertainty"] < 0.05 * standard["scatter"]
     # the limit over steps is that of another method, whose step adds nothing here
@@ -132,7 +132,7 @@ def test_loops_that_share_their_motion_give_the_same_bytes_and_count_their_cost_
         second = loop.changed(step=5e-5).record(0.3, every_link=True)
         return [getattr(record, name) for record in (first, second) for name in (*SAMPLED, "contact_log")]
 
-    alone, fills = record(Loop), []
+    own, fills = record(Loop), []
     compute = Loop.fill
     monkeypatch.setattr(Loop, "fill", lambda *arguments, **changes: (fills.append(1), compute(*arguments, **changes)))
     monkeypatch.setattr(shared_loop, "process_time", count().__next__)  # a second a call
@@ -140,7 +140,7 @@ def test_loops_that_share_their_motion_give_the_same_bytes_and_count_their_cost_
     monkeypatch.setattr(Loop, "fill", None)  # nothing is computed again
     shared, end = record(SharedLoop), SharedLoop.clock()
     assert end - begin == len(fills) + 1
-    for expected, *others in zip(alone, computed, shared, strict=True):
+    for expected, *others in zip(own, computed, shared, strict=True):
         assert all(other.tobytes() == expected.tobytes() for other in others)
 
 

@@ -1,4 +1,4 @@
-"""The variants of a scene: each can be built on the shipped rig, and changes what it says."""
+"""The variants of a scene: each can be built on the shipped rig, and changes the setting that it names."""
 
 import pandas as pd
 import pytest
