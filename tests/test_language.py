@@ -1,25 +1,16 @@
 """The English of code and documents: words for which a plain one exists, counted in 1,000 lines (ruff has D401)."""
 
 import re
-from pathlib import Path
 
 import pytest
 
-ROOMS = (
-    *(f"trackdyn/{room}" for room in ("model", "chain", "contact", "integrate", "rig", "scene", "inputs", "plots")),
-    *(f"trackdyn/{room}" for room in ("simulation", "sweeps", "commands")),
-    *(f"tests/{room}" for room in ("commands", "sweeps", "simulation", "plots", "laboratory")),
-    "workflow",
-)
-PAGES = ("README.md", "CONTRIBUTING.md")
+from tests.conftest import ROOT
+
 # rare words of the libraries that ours is read next to: NumPy, diffrax and PyBaMM have 0.2 to 2 in 1,000 lines
 RARE = {r"what": 3, r"beside|stands|says|said|alone|all that|so many": 4}
-
-
-TEXTS = {
-    "code": [path for room in ROOMS for path in sorted(Path(room).rglob("*.py"))],
-    "documents": [*sorted(Path("docs").glob("*.md")), *sorted(Path("docs/site").glob("*.md")), *map(Path, PAGES)],
-}
+TEXTS = {folder: sorted((ROOT / folder).rglob("*.py")) for folder in ("trackdyn", "workflow", "laboratory", "tests")}
+PLACES = ("docs/*.md", "docs/site/*.md", "README.md", "CONTRIBUTING.md")
+TEXTS["documents"] = [path for place in PLACES for path in sorted(ROOT.glob(place))]
 
 
 @pytest.mark.parametrize("words", RARE)
