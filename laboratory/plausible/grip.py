@@ -27,12 +27,6 @@ FREE_FROM, PLATEAU_FROM, PLATEAU = 0.305, 0.307, (8.0, 12.0)  # m, m, % of a tur
 SETTING = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
 
 
-def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
-    """Return the rigs by draw that a table of judged draws calls engaged, in the order of the draws."""
-    table = pd.read_csv(draws)
-    return rigs_of(config, table.loc[table["engaged"] == 1, "draw"])
-
-
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
     """Yield laws of friction that differ in one value: the `SETTING` of each, and its changes of a rig."""
     law, static = friction.law, friction.friction
@@ -110,8 +104,8 @@ def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: P
 @run_job
 def main(job) -> None:
     """Rule `grip_table`."""
-    config = load_plausible(job.input.config)
-    tracks = engaged_rigs(config, job.input.draws)  # of all draws, also for the short form
+    config, draws = load_plausible(job.input.config), pd.read_csv(job.input.draws)
+    tracks = rigs_of(config, draws.loc[draws["engaged"] == 1, "draw"])  # of all draws, also for the short form
     config = config.shortened() if job.params.short else config
     chosen = dict(list(tracks.items())[: config.grip.tracks])
     write_csv(job.output[0], grip(config, chosen, job.threads, job.params.store))

@@ -27,13 +27,6 @@ CHOSEN, NARROW, NONE = "chosen", "larger misses", "none"
 DURATIONS = "durations"  # name of the rule of the paper's durations; others are named by their share
 
 
-def judged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
-    """Return the rigs by draw that a table of draws judges, those that are engaged first."""
-    table = pd.read_csv(draws)
-    done = table[table["state"] == DONE].sort_values("engaged", ascending=False, kind="stable")
-    return rigs_of(config, done["draw"])
-
-
 def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
     """Yield the choice of each rule in a study, a row per radius (NaN: no ring) and speed.
 
@@ -110,7 +103,8 @@ def rings(
 def main(job) -> None:
     """Rule `rings_table`."""
     config, draws = load_plausible(job.input.config), pd.read_csv(job.input.draws)
-    tracks = judged_rigs(config, job.input.draws)  # of all draws, also for the short form
+    done = draws[draws["state"] == DONE].sort_values("engaged", ascending=False, kind="stable")
+    tracks = rigs_of(config, done["draw"])  # of all draws, also for the short form; engaged ones first
     config = config.shortened() if job.params.short else config
     engaged = set(draws.loc[draws["engaged"] == 1, "draw"])
     table = rings(config, tracks, engaged, job.threads, job.params.store)

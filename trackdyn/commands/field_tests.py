@@ -57,12 +57,6 @@ def of_mapping() -> dict[str, Parameter]:
     return mapped
 
 
-def mapping_fields(**arguments: Any) -> dict[str, Any]:
-    """Return the fields of a sensor's mapping that options state (`of_mapping`)."""
-    fields = {name.removesuffix("_"): value for name, value in arguments.items()}
-    return fields | {"axes": parse_axes(fields["axes"]), "zero": parse_zero(fields["zero"])}
-
-
 def with_mapping(command: Callable) -> Callable:
     """Add the fields of a sensor's mapping to the arguments of a command when it is called or its help is printed."""
     parameters = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
@@ -113,7 +107,9 @@ def compare(
     from trackdyn.inputs.files import write_csv
     from trackdyn.simulation.recording import load_recording
 
-    chosen = load_mapping(mapping, **mapping_fields(**fields))
+    stated = {field.removesuffix("_"): value for field, value in fields.items()}
+    stated |= {"axes": parse_axes(stated["axes"]), "zero": parse_zero(stated["zero"])}
+    chosen = load_mapping(mapping, **stated)
     for path in filter(None, (figure, out)):
         options.check_output(path, overwrite, recording, sensor, mapping)
     loaded = load_recording(recording)

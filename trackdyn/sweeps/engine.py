@@ -137,8 +137,11 @@ def results(
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            run = _run_in_pools if store is not None or jobs > 1 < len(due) else _run_here
-            for row in run(checked, due, jobs, rows_store):
+            if store is not None or jobs > 1 < len(due):
+                computed = _run_in_pools(checked, due, jobs, rows_store)
+            else:
+                computed = (outcome(checked, rows_store, key, task) for key, task in due.items())
+            for row in computed:
                 rows[row["key"]] = row
                 bar.update()
     return rows
@@ -164,11 +167,6 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
     for row in rows:
         if row["state"] == FAILED:
             raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); {advice}")
-
-
-def _run_here(compute: Compute, due: Tasks, _: int, store: Store) -> Iterator[dict]:
-    """Yield rows in the order of ``due``, computed by this process."""
-    return (outcome(compute, store, key, task) for key, task in due.items())
 
 
 def _run_in_pools(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
