@@ -180,6 +180,11 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
     assert len(printed) == 3 and [line for line in printed if " ".join(line.split()) not in output] == []
 
 
+def test_pages_are_short_enough_to_be_read():
+    words = sum(len(text_of(path).split()) for path in PAGES)
+    assert words <= 11_300, f"{words} words; state a fact once and link to it"
+
+
 def test_the_readme_is_short_and_has_its_first_command_and_the_finding_early():
     lines = text_of(ROOT / "README.md").splitlines()
     assert len(lines) <= 80
