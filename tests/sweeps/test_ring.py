@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from tests.conftest import run_command
-from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.errors import InputError, TrackdynError
 from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.metrics import total_errors
 from trackdyn.measure.ring_advice import advice, compared, held_for
@@ -437,6 +437,18 @@ def test_a_load_is_a_series_of_the_figures():
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names[:4] == ["115 rpm", "115 rpm under 3000 N", "210 rpm", "210 rpm under 3000 N"]
     assert len({line.get_color() for line in figure.axes[0].get_lines() if len(line.get_xdata()) == len(RADII)}) == 4
+
+
+def test_a_study_with_a_scene_that_failed_recommends_nothing(monkeypatch, rig):
+    """Without the rows of an interrupted refinement another ring was recommended."""
+
+    def computed(asked, *_):
+        states = ["done"] * (len(asked) - 1) + ["failed"]
+        return [{"key": "", "state": state, "reason": "no memory", "values": {}} for state in states]
+
+    monkeypatch.setattr("trackdyn.sweeps.ring.computed_rows", computed)
+    with pytest.raises(TrackdynError, match=r"may pass \(no memory\); run the study again"):
+        ring_study(rig, [115.0], [0.308])
 
 
 def test_a_row_of_a_study_has_its_load_in_its_key(monkeypatch, rig):

@@ -16,7 +16,7 @@ from trackdyn.rig.rig import Rig, parameter_table
 from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.scene.rings import least_ring, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
-from trackdyn.sweeps.engine import DONE
+from trackdyn.sweeps.engine import DONE, check_completed
 from trackdyn.sweeps.sweep import computed_rows, row_of
 
 SHEAR_STIFFNESS = "ring_contact.shear_stiffness"
@@ -46,7 +46,8 @@ def ring_study(
     (whether the study took that radius on its way), ``state``, ``reason``, ``contacts_converged``, the columns of
     ``metrics.csv`` and ``key``, and those of `with_tooth_forces`; errors include that of the step
     (`measure.uncertainty`). Raises `InputError`: a speed, a load or a radius cannot be used, or no ring for a ``rule``
-    carries the chain. The error of one scene is its ``reason``.
+    carries the chain; `TrackdynError`: a scene failed for a reason that may pass. The ``reason`` of a scene that is
+    refused or diverges is in its row.
     """
     requested = study_radii(rig) if radii is None else sorted(set(radii))
     radii, high = list(requested), Scene.ring_range(rig)[1]
@@ -114,6 +115,9 @@ def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bo
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
         rows.append(row_of({"rig": contents[id(scene.rig)], "changes": {}, "scene": fields, "stop_rule": stop_rule}))
     results = computed_rows(rows, jobs, store, "ring" if progress else "")
+    check_completed(
+        results, "run the study again: stored rows are reused"
+    )  # a ring is not judged without its neighbours
     outcomes = pd.DataFrame(results).drop(columns="values")
     table = pd.DataFrame([result["values"] for result in results]).assign(**outcomes)
     table[SCENE_COLUMNS] = np.array([(s.motor_rpm, s.load, s.ring_radius) for s in scenes], float)
