@@ -258,8 +258,8 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
     """Compare the numbers that the paper prints or implies of its simulation, a row each, with those of a rig.
 
-    Columns are ``NUMBER_COLUMNS``. A number whose evidence is not there is not met; of several readings the nearest is
-    measured, or their range at a speed.
+    Columns are ``NUMBER_COLUMNS``. A number whose evidence is not there is not met; of several readings their range at
+    a speed is measured.
     """
     rows = []
     for claim in (claim for claim in claims if claim.numbers):
@@ -270,8 +270,6 @@ def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataF
         groups = _groups(claim, judgement.values)
         if claim.numbers == 1 or not groups:  # a word, a range or a limit is one number, whatever it is judged by
             number = {"printed": printed_text(claim, judgement.speeds), "measured": judgement.measured}
-            if claim.any_reading and groups:
-                number["measured"] = _text(_nearest(judgement.values).value)
             every = names.values() if isinstance(names, dict) else names
             rows += [about | number | {"claim": name, "met": judgement.verdict == MET} for name in every]
             continue
@@ -284,8 +282,3 @@ def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataF
                 "met": any(value.met for value in group),
             })  # fmt: skip
     return pd.DataFrame(rows, columns=list(NUMBER_COLUMNS))
-
-
-def _nearest(values: Iterable[Value]) -> Value:
-    """Return the number nearest to the printed one."""
-    return min(values, key=lambda value: np.nan_to_num(abs(value.value - value.printed), nan=np.inf))

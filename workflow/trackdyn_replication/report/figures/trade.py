@@ -14,6 +14,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from matplotlib.transforms import Bbox
 
 from trackdyn.inputs.files import write_csv
+from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.choices import PRESETS
@@ -50,6 +51,21 @@ def trade_sentence(promises: pd.DataFrame) -> str:
     costs = " and ".join(parts)
     text = f"{costs[0].upper()}{costs[1:]}, for all links and with the choice of the step (one machine, {scenes})."
     return " ".join(filter(None, (text, same_answer(judged[judged["measure"] == "rms"]))))
+
+
+def promises_sentence(promises: pd.DataFrame) -> str:
+    """Return a sentence on the tolerances that the planner met, and on each that it did not."""
+    judged = promises.dropna(subset="met")
+    broken = judged[~judged["met"].astype(bool)]
+    refused = f", and refused {len(promises) - len(judged)}" if len(judged) < len(promises) else ""
+    misses = [
+        f"Not met: {NAMED[name].studied.words} to {100 * tolerance:g} %, error {100 * error:.2g} %."
+        for name, tolerance, error in broken[["measure", "tolerance", "achieved_error"]].itertuples(index=False)
+    ]
+    scenes = "; ".join(dict.fromkeys(promises["scene"]))
+    counts = f"{len(judged) - len(broken)} of {len(judged)} tolerances{refused}"
+    met = f"On a scene kept apart ({scenes}), the planner of `trackdyn simulate --tolerance` met {counts}."
+    return " ".join(filter(None, (met, *misses, same_answer(judged[judged["measure"] == "rms"]))))
 
 
 def same_answer(rows: pd.DataFrame) -> str:

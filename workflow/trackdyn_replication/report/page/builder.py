@@ -17,9 +17,7 @@ from PIL import Image
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import read_npz, write_text
 from trackdyn.jit import source_hash
-from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
-from trackdyn.measure.columns import words
 from trackdyn.measure.ring_advice import advice
 from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule
 from trackdyn.plots.rendering import render
@@ -36,7 +34,7 @@ from trackdyn_replication.paper.scorecard import (
     waiting_sentence,
 )
 from trackdyn_replication.paper.tracks import learned_sentences
-from trackdyn_replication.report.figures.trade import same_answer
+from trackdyn_replication.report.figures.trade import promises_sentence
 from trackdyn_replication.report.summary import summary
 from trackdyn_replication.study.settings import STUDIES
 
@@ -47,7 +45,6 @@ KINDS = {
 }  # fmt: skip
 SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
-PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
 # tables whose files the page hands out
 TABLES = (
     *(f"{name}.csv" for name in ("claims", "metrics", "planner", "printed_numbers", "tables/parameters", *STUDIES)),
@@ -80,7 +77,7 @@ def build_page(
     parts, sections = PAGE["figures"], PAGE["sections"]
     placed = {key for section in (*parts.values(), *sections.values()) for key in section.get("items", ())}
     further = {"further": parts["further"] | {"items": [key for key in shown if key not in placed]}}
-    parameters = _rows(results, "tables/parameters.csv")
+    parameters, promises = _rows(results, "tables/parameters.csv"), results / "planner.csv"
     return render(
         "own.html.j2" if tracks is None else "page.html.j2",
         SCRIPTS,
@@ -92,7 +89,7 @@ def build_page(
         synthetic=synthetic,
         parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
         kinds=KINDS,
-        planner=_planner(results),
+        planner=_html([promises_sentence(pd.read_csv(promises))]) if promises.is_file() else "",
         recordings=recordings,
         version=__version__,
         sources=source_hash(),
@@ -121,26 +118,6 @@ def _sections(sections: Mapping[str, Mapping], shown: Mapping[str, dict]) -> lis
         }
         for name, section in sections.items()
     ]
-
-
-def _planner(results: Path) -> dict | None:
-    """Return the promises of the planner, a row each, with their scenes and the tolerances that have one answer."""
-    if not (planner := _rows(results, "planner.csv")):
-        return None
-    same = same_answer(pd.DataFrame([row for row in planner if row["measure"] == "rms" and row["met"] is not None]))
-    for row in planner:
-        if row["met"] is not None:
-            row["cpu_s"] += row["trial_cpu_s"]
-            row["setting"] = ", ".join(map(words, row["setting"].split(", ")))
-        for name in ("tolerance", "achieved_error"):
-            row[f"{name}_pct"] = None if row[name] is None else 100 * row[name]
-        measure = NAMED[row["measure"]]
-        row["measure"] = measure.studied.words + (" (of a turn)" if measure.column.kind == "turns" else "")
-    return {
-        "rows": [{name: row[name] for name in PROMISED if name in row} for row in planner],
-        "scenes": "; ".join(dict.fromkeys(row["scene"] for row in planner)),
-        "same_answer": same,
-    }
 
 
 def check_sources(recordings: Iterable[Path]) -> int:
