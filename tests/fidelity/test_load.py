@@ -123,6 +123,16 @@ def test_no_load_changes_no_byte(bench):
     assert changed.changed(load=0.0).model.wheels.torque[IDLER] == 0.0
 
 
+@pytest.mark.parametrize("text", ["1500 N", "1.5 kN", "1.5kN", "1.5e3N"])
+def test_a_load_may_be_text_in_a_rig_file(tmp_path, text):
+    path = tmp_path / "pulling.yaml"
+    path.write_text(f"like: bench\nload: {text}\n", encoding="utf-8")
+    assert load_rig(path).load == 1500.0
+    for other, words in (("5 km", "unit 'km'"), ("-1 kN", "-1000"), ("1500", "has no unit"), ("much", "a number in N")):
+        path.write_text(f"like: bench\nload: {other}\n", encoding="utf-8")
+        refused(load_rig, path, words=[str(path), "load", words])
+
+
 def test_a_rig_has_a_load_that_a_scene_takes_and_a_recording_keeps(tmp_path, make_scene):
     path = tmp_path / "pulls.yaml"
     path.write_text("like: bench\nload: {value: 1500, unit: N, kind: assumed, source: a trailer}\n", encoding="utf-8")

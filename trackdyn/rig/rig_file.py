@@ -54,10 +54,19 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     rig: dict[str, Any] = {}
     for path, content in reversed(_files(name)):
         with naming(path):
-            own = {key: _written_out(value, str(key), {}) for key, value in content.items() if key not in OWN}
+            pull = {"load": _pull(content["load"])} if isinstance(content.get("load"), str) else {}
+            own = {key: _written_out(value, str(key), {}) for key, value in (content | pull).items() if key not in OWN}
             rig = _over(rig, own)
     with naming(name):
         return _with_pitch(rig)
+
+
+def _pull(text: str) -> dict[str, Any]:
+    """Return the entry of a load that is text, such as ``3 kN`` or ``3kN``: a condition of runs needs no source."""
+    match = QUANTITY.fullmatch(re.sub(r"(?<=[0-9.])(?=k?N\s*$)", " ", text))
+    if match:
+        text = f"{1e3 * float(match[1])!r} N" if match[2] == "kN" else f"{match[1]} {match[2]}"
+    return _written_out(text, "load", {"source": "a pull that this file states"})
 
 
 def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
