@@ -347,7 +347,7 @@ def _interleaved(codes: np.ndarray, ay: np.ndarray, stamps: list[np.ndarray], wo
         step, own = np.diff(t), np.concatenate([np.diff(t[rows]) for rows in groups])
         falls, repeats = np.count_nonzero(step < 0), np.count_nonzero(step <= 0)
         # numbers may count rows or follow a temperature: a defect of the stamps is no sensor, nor are coarse ones
-        as_often = words or np.median(own) < (1 + _NEAR) * np.median(np.abs(step[step != 0]))
+        as_often = words or (step.any() and np.median(own) < (1 + _NEAR) * np.median(np.abs(step[step != 0])))
         if (falls >= (1 if words else change.size / 4) and not (own < 0).any()) or (
             repeats >= (1 if words else change.size / 4) and as_often and not (own <= 0).any()
         ):

@@ -137,13 +137,13 @@ class _Smallest:
 
         Bounds are kept by this number of standard ``errors``, where the rule knows them.
         """
-        by, kept = conditions(study), self.kept(study, errors)
+        by, keeps = conditions(study), self.kept(study, errors)
         count, runs = len(study.drop_duplicates(by)), study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"]
         counts = runs.value_counts()
         return {
             radius: bool(counts[radius] == count)
-            and all(kept[other] for other in kept if radius <= other <= radius * (1 + SPAN))
-            for radius in kept
+            and all(keeps[other] for other in keeps if radius <= other <= radius * (1 + SPAN))
+            for radius in keeps
         }
 
     def radius(self, study: pd.DataFrame) -> float:
