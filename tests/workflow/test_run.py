@@ -133,6 +133,10 @@ def test_a_log_ends_with_the_time_of_its_job_and_a_run_with_those_that_took_most
     seconds = re.fullmatch(r"(\d+\.\d) CPU s", (folder / "logs/one.log").read_text().splitlines()[-1])[1]
     words = [line.split() for line in done.stdout.splitlines()]
     assert words[-2][:2] == ["1", "jobs"] and words[-1] == [seconds, "logs/one.log"]
+    assert f"logs/one.log: {seconds} CPU s" in done.stderr and "the last time" not in done.stderr
+    command = [sys.executable, "-c", RUN, "--forceall"]
+    again = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
+    assert f"logs/one.log: {seconds} CPU s the last time" in again.stderr
 
 
 def test_kernels_that_a_job_compiles_are_in_its_log_and_at_the_end_of_a_run(folder):

@@ -20,8 +20,8 @@ from zlib import crc32
 def run_job(task):
     """Decorate the task of a rule, the last function of a script, and run it if the script is run by Snakemake.
 
-    Standard output goes to the log, which ends with the kernels that the job compiled and its CPU time; a
-    `TrackdynError` is one sentence there and on the screen.
+    Standard output goes to the log, which ends with the kernels that the job compiled and its CPU time, as does the
+    screen, which begins with that of the last time. A `TrackdynError` is one sentence in both.
     """
     if task.__module__ != "__main__":
         return task
@@ -29,6 +29,8 @@ def run_job(task):
 
     job = sys.modules["__main__"].snakemake
     _join(job.log[0])
+    if before := _last_cost(job.log[0]):
+        print(f"{job.log[0]}: {before} CPU s the last time", file=sys.stderr, flush=True)
     with open(job.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         compiled = _compiled()
         try:
@@ -42,10 +44,21 @@ def run_job(task):
             for line in compiled:
                 print(line)
             print(f"{seconds:.1f} CPU s")
+            print(f"{job.log[0]}: {seconds:.1f} CPU s", file=sys.stderr, flush=True)
+            with suppress(OSError), open(LAST_COSTS, "a", encoding="utf-8") as file:
+                file.write(f"{seconds:.1f} {job.log[0]}\n")
             if costs := os.environ.get(COSTS):
                 with suppress(OSError), open(costs, "a", encoding="utf-8") as file:  # one write: jobs run in parallel
                     file.write("".join(f"{line}\n" for line in (*compiled, f"{seconds:.1f} {job.log[0]}")))
     return task
+
+
+def _last_cost(log: str) -> str:
+    """Return the CPU time (s) of a job when it ran last in this folder, as text; empty if it is not known."""
+    with suppress(OSError):
+        lines = (line.partition(" ") for line in LAST_COSTS.read_text(encoding="utf-8").splitlines())
+        return {name: seconds for seconds, _, name in lines}.get(log, "")
+    return ""
 
 
 def _compiled() -> list[str]:
@@ -78,6 +91,7 @@ def _compiled() -> list[str]:
 
 # file per folder in which every process locks a byte; the system releases it however the process ends
 PROCESSES = Path(".snakemake", "processes")
+LAST_COSTS = PROCESSES.with_name("costs")  # CPU time and log of every job that ended
 DRIVER = "TRACKDYN_DRIVER"  # process of the run to which a job belongs
 COSTS = "TRACKDYN_COSTS"  # file to which jobs append their CPU times, and those of the kernels that they compiled
 COMPILED = "CPU s to compile "  # a kernel and the hash of its arguments' types
