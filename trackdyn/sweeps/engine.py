@@ -115,18 +115,13 @@ def _checksum(content: bytes) -> bytes:
 
 
 def results(
-    compute: Compute,
-    tasks: Tasks,
-    jobs: int = 1,
-    store: Path | str | None = None,
-    progress: str = "",
-    unit: str = "row",
+    compute: Compute, tasks: Tasks, jobs: int = 1, store: Path | str | None = None, progress: str = ""
 ) -> dict[str, dict]:
     """Return rows by their keys (`key_of`), each with ``key, state, reason, values``; stored rows are not computed.
 
     ``compute`` returns the values of a row from its arguments in ``tasks``, in which neighbours share settled loops. It
     runs in ``jobs`` processes; with one, and no ``store`` (folder of rows), in this process. A bar entitled
-    ``progress`` counts rows in ``unit``; no bar if it is empty. A row fails if the sources of ``compute`` changed since
+    ``progress`` counts rows; no bar if it is empty. A row fails if the sources of ``compute`` changed since
     this process began, since its key would be that of other sources. A row whose process is killed is computed again
     after all others, in the only process, and fails if this one is killed, too. Raises `TrackdynError`: a process was
     killed that computed no row.
@@ -136,7 +131,7 @@ def results(
         rows_store = Store(folder)
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
-        with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
+        with tqdm(total=len(due), disable=not progress, unit="row", desc=progress, smoothing=0.05) as bar:
             if store is not None or jobs > 1 < len(due):
                 computed = _run_in_pools(checked, due, jobs, rows_store)
             else:
