@@ -98,7 +98,6 @@ from trackdyn import compare, load_rig, measures, read_sensor, Scene
 from trackdyn.commands import console
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import run_metrics, shown_measures
-from trackdyn.model.arrays import make_record
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 from trackdyn_replication.report.page.builder import build_page
@@ -111,7 +110,6 @@ try:
 except InputError as error:
     refused = str(error)
 loop = pickle.loads((folder / "loop").read_bytes())
-loop._scratch = make_record(1, loop.arrays.state, len(loop.arrays.model.sensors.body))
 loop.record(0.002).save(folder / "new.npz")
 record = read_sensor("data/synthetic/150rpm.csv")
 printed = {
@@ -130,7 +128,6 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", copy)
     loop.record(0.002).save(tmp_path / "old.npz")
-    loop._scratch = None  # its arrays are other ones in the copy
     (tmp_path / "loop").write_bytes(pickle.dumps(loop))
     for name, place, added in TASKS:
         before = (copy / name).read_text(encoding="utf-8") if (copy / name).exists() else ""

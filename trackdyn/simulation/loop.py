@@ -66,7 +66,7 @@ class Loop:
         self._written, self._views = arrays, read_only(arrays)
 
     def __getstate__(self) -> dict:
-        return {name: getattr(self, name) for name in ("scene", "layout", "arrays", "_scratch")}
+        return {name: getattr(self, name) for name in ("scene", "layout", "arrays")}
 
     def __setstate__(self, state: dict) -> None:
         for name, value in state.items():
