@@ -17,7 +17,7 @@ from trackdyn.measure.columns import METRIC_COLUMNS, described
 from trackdyn.measure.estimators import sensor_metrics
 from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, total_errors, unknown_step_errors
 from trackdyn.measure.spectra import rms
-from trackdyn.measure.uncertainty import STEP_ERRORS
+from trackdyn.measure.uncertainty import STEP_ERRORS, batch_degrees
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
@@ -163,9 +163,9 @@ def test_an_interval_knows_how_many_turns_and_batches_it_is_from(rig):
     whole, row = total_errors(run.scene), run_metrics("", run)
     printed = {entry["name"]: entry for entry in shown_measures(run)}
     turns = int(run.seconds * run.periods.loop_hz + 1e-9)
-    batches = row["passages"] // int(row["passages"] ** 0.5)
+    batches = batch_degrees(row["passages"])
     assert turns == 2 and batches > 3
-    for name, degrees in (("rms_g", turns - 1), ("ring_share_pct", batches - 1), ("ring_peak_n", batches - 1)):
+    for name, degrees in (("rms_g", 1), ("ring_share_pct", batches), ("ring_peak_n", batches)):
         error = row[METRIC_COLUMNS[name][3]]
         expected = whole(name, row[name], t.ppf(0.975, degrees) * error)
         assert error > 0 and printed[name]["half_width"] == pytest.approx(expected, rel=1e-9)

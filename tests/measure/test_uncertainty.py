@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from trackdyn.measure import uncertainty
 from trackdyn.measure.estimators import sensor_metrics
-from trackdyn.measure.uncertainty import batch_error, line_error, ratio_values, turn_error
+from trackdyn.measure.uncertainty import batch_degrees, batch_error, line_error, ratio_values, turn_error
 
 RATE, SAMPLES, TURNS, REPLICAS = 250.0, 500.37, 12, 400  # samples of a revolution, not a whole number
 LOOP_HZ = RATE / SAMPLES
@@ -58,17 +58,29 @@ def test_errors_of_a_ratio_cover_the_truth():
     assert apart > 0.95 * REPLICAS  # scatter that both have in common does not count
 
 
-@pytest.mark.parametrize(("count", "first"), [(11, 2), (10, 1), (4, 0), (3, 0)])
-def test_batches_end_with_the_record_and_leave_out_its_beginning(count, first):
-    """Eleven values make three batches of three: what is left over is the start, which may not have died away."""
-    values = np.random.default_rng(1).standard_normal(count)
+@pytest.mark.parametrize(("count", "degrees"), [(2, 1), (3, 2), (4, 2), (6, 3), (16, 5), (100, 13)])
+def test_batches_overlap_and_their_degrees_are_those_of_the_scatter_of_errors(count, degrees):
+    """Batches of the root of the number; mean square and variance of 3,000 errors of independent values."""
+    rows = np.random.default_rng(1).standard_normal((3000, count))
     size = int(np.sqrt(count))
-    means = values[first:].reshape(-1, size).mean(axis=1)
-    assert batch_error(values)[0] == pytest.approx(means.std(ddof=1) / np.sqrt(len(means)))
-    if first:
-        other = values.copy()
-        other[:first] += 100.0
-        assert batch_error(other) == batch_error(values)
+    means = np.array([rows[0, first : first + size].mean() for first in range(count - size + 1)])
+    off = ((means - rows[0].mean()) ** 2).sum() * size / ((count - size + 1) * (count - size))
+    assert batch_error(rows[0])[0] == pytest.approx(np.sqrt(off))
+    assert batch_error(rows[0])[1] == pytest.approx(student.ppf(0.975, degrees) * np.sqrt(off))
+    squared = np.array([batch_error(row)[0] ** 2 for row in rows])
+    assert batch_degrees(count) == degrees == pytest.approx(2 * squared.mean() ** 2 / squared.var(), rel=0.2)
+
+
+@pytest.mark.parametrize(("period", "ratio", "batched"), [(2.0, 0.12, 1.0), (7.0, 1.2, 0.95), (11.0, 2.3, 1.85)])
+def test_errors_of_four_turns_are_those_of_their_pairs(period, ratio, batched):
+    """A vibration with a period of some turns: scatter over the error of independent turns, and over ours."""
+    rng = np.random.default_rng(2)
+    windows = np.cos(2 * np.pi * np.arange(4) / period + rng.uniform(0, 2 * np.pi, (2000, 1)))
+    windows += 0.1 * rng.standard_normal(windows.shape)
+    scatter = windows.mean(axis=1).std()
+    assert scatter / np.sqrt(windows.var(axis=1, ddof=1).mean() / 4) == pytest.approx(ratio, rel=0.05)
+    errors = [batch_error(row)[0] for row in windows]
+    assert scatter / np.sqrt(np.mean(np.square(errors))) == pytest.approx(batched, rel=0.05)
 
 
 def squares(values, errors):
@@ -141,7 +153,7 @@ def replicas():
 def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name, error):
     """The truth is the mean of all replicas, twenty times closer to it than one of them."""
     values, errors = (np.array([row[column] for row in replicas]) for column in (name, error))
-    degrees = TURNS - (2 if "hz" in name else 1)
+    degrees = TURNS - 2 if "hz" in name else batch_degrees(TURNS)
     covered = np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors
     assert 0.90 <= covered.mean() <= 0.98
 
@@ -165,7 +177,7 @@ def test_a_bin_of_a_harmonic_has_the_error_of_that_harmonic():
     each = size[(time * LOOP_HZ).astype(int)]
     a = 0.1 * np.cos(2 * np.pi * LOOP_HZ * time) + each * np.cos(4 * np.pi * LOOP_HZ * time)
     error = line_error(a, RATE, 2 * LOOP_HZ, LOOP_HZ)
-    assert error.bin_amplitude == pytest.approx(size[:TURNS].std(ddof=1) / np.sqrt(TURNS), rel=0.02)
+    assert error.bin_amplitude == pytest.approx(batch_error(size[:TURNS])[0], rel=0.02)
     assert error.amplitude < 0.1 * error.bin_amplitude
 
 

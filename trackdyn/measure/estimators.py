@@ -9,7 +9,7 @@ from trackdyn.measure import spectra
 from trackdyn.measure.catalogue import ACCELERATION, OF_SIDES
 from trackdyn.measure.contacts import passage_arrays, sampled_shares
 from trackdyn.measure.sensor import measured_loop_hz, whole_revolutions
-from trackdyn.measure.uncertainty import NAN, LineError, Series, line_error, ratio_values, turn_edges, turn_error
+from trackdyn.measure.uncertainty import NAN, LineError, Series, batch_degrees, line_error, ratio_values, turn_error
 from trackdyn.simulation.recording import Recording
 
 LEAST_TOUCH_PCT = 0.1  # share of a turn per passage, %, below which an area does not count as visited
@@ -42,9 +42,9 @@ class Sensed:
         return float(statistic(self.turns)), error
 
     def degrees(self, column: str) -> int:
-        """Return the degrees of freedom of the standard error of a column: whole turns less fitted parameters."""
-        turns = len(turn_edges(len(self.ay), self.rate / self.loop_hz)) - 1 if self.loop_hz else 0
-        return max(turns - (2 if column == "line_hz_binfree" else 1), 0)
+        """Return the degrees of freedom of the standard error of a column."""
+        turns = int(len(self.ay) / self.rate * self.loop_hz + 1e-9)
+        return max(turns - 2, 0) if column == "line_hz_binfree" else batch_degrees(turns)  # a line fitted to phases
 
     def high_frequency(self) -> tuple[float, float]:
         """Return the RMS at and above 20 Hz, and its standard error."""

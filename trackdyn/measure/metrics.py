@@ -13,7 +13,7 @@ from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.estimators import Sensed, meshing_summary, sensor_metrics
 from trackdyn.measure.sensor import sense, sensor_signal
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
-from trackdyn.measure.uncertainty import NAN, STEP_ERRORS, batches_of, student, turn_edges
+from trackdyn.measure.uncertainty import NAN, STEP_ERRORS, batch_degrees, student, turn_edges
 from trackdyn.measure.whole_loop import mobilised_friction, work_measures
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
@@ -95,7 +95,7 @@ def _degrees(recording: Recording, passages: int) -> Callable[[str], int]:
         measure = BY_COLUMN.get(column)
         if measure in ACCELERATION:
             return sensed.degrees(column)
-        return batches_of(passages if measure and isinstance(measure.estimator, Passages) else whole)[1] - 1
+        return batch_degrees(passages if measure and isinstance(measure.estimator, Passages) else whole)
 
     return degrees
 

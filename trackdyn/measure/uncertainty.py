@@ -24,26 +24,41 @@ ROUNDING = 1e-9  # relative standard error that is rounding, and is not shown
 NAN = float("nan")
 
 
-def batches_of(count: int) -> tuple[int, int]:
-    """Return size and number of the batches of ``count`` successive values: each about the root of ``count``."""
-    size = max(1, int(np.sqrt(count)))
-    return size, count // size
+def batch_size(count: int) -> int:
+    """Return the size of the batches of ``count`` successive values: about the root of ``count``."""
+    return max(1, int(np.sqrt(count)))
 
 
 def batch_error(values) -> tuple[float, float]:
     """Return the standard error of the mean of (m,) successive values, and the half width of its 95 % interval.
 
-    It is that of consistent batch means: batches of about the root of the number of values, so that neighbours are
-    correlated only within a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070). The interval is
-    Student's with one degree of freedom less than batches. NaN for fewer than two batches.
+    It is that of overlapping batch means (Meketon and Schmeiser, Winter Simulation Conference, 1984, 227-230): batches
+    of about the root of the number of values, so that neighbours are correlated, or make up for each other, only within
+    a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070). The interval is Student's with
+    `batch_degrees`. NaN for fewer than two values.
     """
-    values = np.asarray(values, dtype=float)
-    size, batches = batches_of(len(values))
-    if batches < 2:
+    count, size = len(values), batch_size(len(values))
+    if count < 2:
         return NAN, NAN
-    means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
-    error = float(means.std(ddof=1) / np.sqrt(batches))
-    return error, student(batches - 1) * error
+    values = np.subtract(values, values[0], dtype=float)  # values that repeat have an error of exactly 0
+    off = np.lib.stride_tricks.sliding_window_view(values, size).mean(axis=1) - values.mean()
+    error = sqrt(size * float(off @ off) / (count - size + 1) / (count - size))
+    return error, student(batch_degrees(count)) * error
+
+
+@cache
+def batch_degrees(count: int) -> int:
+    """Return the degrees of freedom of the `batch_error` of ``count`` values, to a whole number; 0 for fewer than two.
+
+    Mean and variance of the squared error of independent values are those of a chi-square distribution with them.
+    """
+    if count < 2:
+        return 0
+    size = batch_size(count)
+    lag = np.arange(count - size + 1)
+    covariance = np.maximum(size - lag, 0) / size**2 - 1 / count  # of two batches that begin ``lag`` values apart
+    pairs = np.where(lag, 2, 1) * (len(lag) - lag)
+    return round((len(lag) * covariance[0]) ** 2 / float(pairs @ covariance**2))
 
 
 @cache
@@ -97,8 +112,7 @@ def turn_edges(samples: int, turn: float) -> np.ndarray:
 
 def turn_error(a, turn: float, statistic: Callable[[np.ndarray], float]) -> float:
     """Return the standard error of a statistic over whole turns of ``turn`` samples; NaN for fewer than two."""
-    values = [statistic(a[first:last]) for first, last in pairwise(turn_edges(len(a), turn))]
-    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else NAN
+    return batch_error([statistic(a[first:last]) for first, last in pairwise(turn_edges(len(a), turn))])[0]
 
 
 class LineError(NamedTuple):
@@ -135,7 +149,7 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     first = _demodulated(a, rate_hz, edges, loop_hz)
     mean = first.mean()
     turned = first * np.conj(mean) / abs(mean)
-    amplitude = float(turned.real.std(ddof=1) / np.sqrt(count))
+    amplitude = batch_error(turned.real)[0]
     hz, phase, since = NAN, turned.imag / abs(mean), times - times.mean()
     slope = float(since @ phase / (since @ since))
     if count > 2:
@@ -147,7 +161,7 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     phase_factor = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
     complete = (lines * phase_factor).mean()
     scatter = ((lines - lines.mean()) * phase_factor * np.conj(complete) / abs(complete)).real
-    bin_amplitude = float(np.sqrt(scatter @ scatter / (count - 1) / count))
+    bin_amplitude = batch_error(scatter)[0]
     return LineError(resolution, bin_amplitude, hz, amplitude, slope / (2 * np.pi))
 
 
@@ -157,7 +171,7 @@ def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) ->
     return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)
 
 
-LEAST_PASSAGES = 9  # of a record: the scatter of fewer than three batches is uncertain
+LEAST_PASSAGES = 9  # of a record: with fewer the scatter is uncertain
 DRIFT = 0.25  # largest difference of turns before a record, and of its halves, as a share of a tolerance
 COVERAGE = 2.0  # standard errors of a 95 % interval of a normal distribution
 
@@ -262,7 +276,7 @@ def judge_series(
     """Return the number of passages to cut, the measures of the rest, and whether they keep their tolerances.
 
     If all passages together keep the tolerances, none is cut; otherwise the longest transient of the measures with a
-    tolerance. A tolerance is kept if half of the 95 % interval, by batch means, is within it, and at least ``least``
+    tolerance. A tolerance is kept if half of the 95 % interval is within it, and at least ``least``
     passages count.
     """
     cut = max((measures[name].transient() for name in tolerances if name in measures), default=0)
