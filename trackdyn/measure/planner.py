@@ -23,6 +23,7 @@ from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
 from trackdyn.measure.uncertainty import (
+    COVERAGE,
     DRIFT,
     LEAST_PASSAGES,
     Estimate,
@@ -57,6 +58,7 @@ MOST_TURNS = 10
 LEAST_TURNS = 1.0  # turns of the loop in a record before it may have converged
 MOST_GROWN = 2.0  # length of a record over its forecast at which other settings are reconsidered
 LEAST_TOLERANCE = 1e-9  # share of a value: rounding
+HOPELESS = 2.0  # longest records that scatter alone would need, beyond which no setting is tried
 PEAK_TURNS = 3  # turns of the sprocket after which an arc has had its peaks, or has none
 
 
@@ -272,14 +274,15 @@ def plan(
     at_rest = loops(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     choices = settings(at_rest.scene, at_rest.model.step, method)
     start, steady = _settled(_at_speed(at_rest, choices), choices, tolerances, longest)
+    bound = longest if _scatter_needs(steady, tolerances, longest) <= longest else inf  # finer settings scatter alike
     # implicit steps damp contacts and give no peaks
     peaks = any(name.endswith("_peak") for name in tolerances)
     choices = [trial for trial in choices if not trial.refused and not (peaks and _implicit(trial))]
     passages, tried = float(LEAST_PASSAGES + 1), list[Trial]()
     for trial in choices:
         tried.append(trial if trial is steady else _start(start, trial))
-        passages = _compare(tried, tolerances, passages, scene.periods, longest)
-        if chosen := _cheapest(tried, tolerances, longest):
+        passages = _compare(tried, tolerances, passages, scene.periods, longest, bound)
+        if chosen := _cheapest(tried, tolerances, bound):
             break
     else:
         chosen = _cheapest(tried, tolerances, inf)
@@ -291,9 +294,11 @@ def plan(
 
 
 def _compare(
-    tried: list[Trial], tolerances: Mapping[str, float], passages: float, periods: Periods, longest: float
+    tried: list[Trial], tolerances: Mapping[str, float], passages: float, periods: Periods, longest: float, bound: float
 ) -> float:
     """Record settings for ``passages``, and more until errors exceed scatter; return the number of passages.
+
+    One that keeps the tolerances within ``bound`` (s) may be chosen.
 
     Raises `InputError`: a measure has too few values in records in which every arc has had its peaks.
     """
@@ -314,7 +319,7 @@ def _compare(
         else:
             _judge(running, tolerances)
             keeps = all(running[-1].error[name].bias <= SETTING_SHARE * tolerances[name] for name in tolerances)
-            chosen = _cheapest(running, tolerances, longest)
+            chosen = _cheapest(running, tolerances, bound)
             if not keeps or passages * span >= longest or (chosen and not _undecided(running, chosen, tolerances)):
                 return passages
         passages *= TRIAL_GROWTH
@@ -399,6 +404,25 @@ def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]
     return True
 
 
+def _scatter_needs(trial: Trial, tolerances: Mapping[str, float], longest: float) -> float:
+    """Return the length of a record (s) in which the scatter of one falls below all tolerances.
+
+    Raises `InputError`: it is more than `HOPELESS` times the ``longest``, s.
+    """
+    lengths = {}
+    for name, measure in trial.measures.items():
+        value, error, _ = measure.estimate()
+        lengths[name] = trial.seconds * (COVERAGE * error / (scale_of(name, value) * tolerances[name])) ** 2
+        if lengths[name] > HOPELESS * longest:
+            raise InputError(f"tolerance = {tolerances[name]:g} of {name}: {_scattered(longest, lengths[name])}")
+    return max(lengths.values(), default=0.0)
+
+
+def _scattered(longest: float, needed: float) -> str:
+    """Return the reason of a refusal for records of ``longest`` seconds where ``needed`` would do."""
+    return f"records of {longest:g} s scatter by more than that; use a larger one, or `longest: {needed:.0f}`"
+
+
 def _recorder(loop: Loop) -> Recorder:
     """Return the recorder of a trial, whose lead-in is the time of the loop at speed."""
     scene = loop.scene
@@ -460,7 +484,7 @@ def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float
         return f"tolerance: {reason}"
     least = {name: min(error[name].bias for error in known) for name in tolerances}
     name = max(tolerances, key=lambda name: least[name] / tolerances[name])
-    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or `longest: {2 * longest:g}`"
+    reason = _scattered(longest, 2 * longest)
     if least[name] > SETTING_SHARE * tolerances[name]:
         reason = f"the best setting has an error of {least[name]:.2g}; use at least {least[name] / SETTING_SHARE:.2g}"
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"
