@@ -14,6 +14,7 @@ from trackdyn.measure.planner import (
     Trial,
     _cheapest,
     _judge,
+    _refusal,
     _scatter_needs,
     _undecided,
     check_tolerances,
@@ -228,8 +229,12 @@ def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing
 
 
 def test_a_tolerance_that_nothing_keeps_is_refused(rig):
-    with pytest.raises(InputError, match=r"1e-06 of rms: the best setting has an error of \S+; use at least"):
+    with pytest.raises(InputError, match="1e-06 of rms: records of 5 s scatter by more than that; use a larger one"):
         plan(Scene(rig, 115, 0.308), {"rms": 1e-6}, longest=5.0, method=False)
+    finest = tried(1e-4, 1.0)
+    for bias, reason in ((0.0081, "the best setting has an error of 0.0081; use at least 0.01"), (0.0079, "scatter")):
+        finest.error["rms"] = TotalError(bias, 0.0, 0.1, 0.1)
+        assert reason in _refusal([finest], {"rms": 0.01}, 5.0)
 
 
 def test_the_transient_is_where_the_rest_scatters_least():
