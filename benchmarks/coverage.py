@@ -37,11 +37,11 @@ def rows_of(scene: Scene, ay: np.ndarray, turns: int):
     """Yield measure, coverages of 68 and 95 %, errors over scatter, pairs that differ, and whether bars are kept."""
     edges = turn_edges(len(ay), scene.rig.rate * scene.periods.loop)[::turns]
     windows = [Sensed(ay[a : b + 1], scene.rig.rate, scene.periods.loop_hz) for a, b in pairwise(edges)][:WINDOWS]
-    for measure in (measure for measure in ACCELERATION if measure.compared):
-        values, errors = np.transpose([measure.sensed(window) for window in windows])
+    for measure in (measure for measure in ACCELERATION if measure.column.shown or not measure.column.text):
+        values, errors = np.transpose([measure.estimator(window) for window in windows])
         if not np.isfinite(errors).all():
             continue
-        degrees, off = windows[0].degrees(measure.column), np.abs(values - values.mean())
+        degrees, off = windows[0].degrees(measure.column.name), np.abs(values - values.mean())
         shares = [float(np.mean(off <= student(degrees, share) * errors)) for share in (0.68, 0.95)]
         differ = np.mean([
             abs(values[i] - values[j]) > (both := np.hypot(errors[i], errors[j]))
@@ -51,7 +51,7 @@ def rows_of(scene: Scene, ay: np.ndarray, turns: int):
         kept = abs(shares[0] - 0.68) <= WITHIN and abs(shares[1] - 0.95) <= WITHIN and differ <= DIFFER
         scatter = float(values.std(ddof=1))
         ratio = np.sqrt(np.mean(errors**2)) / scatter if scatter else np.inf
-        yield measure.column, *shares, ratio, scatter / abs(values.mean()), differ, kept
+        yield measure.column.name, *shares, ratio, scatter / abs(values.mean()), differ, kept
 
 
 def main() -> None:
