@@ -35,7 +35,6 @@ DAMPER = (
 SECTION = re.compile(r"^(\w+):")
 ENTRY = re.compile(r'^  (\w+): \{value: [^,]+, unit: ("1"|[^,]+), .*range: (.*)"\}$')
 SOURCE_LINE = re.compile(r"#   (\[|judgement)")
-COMMAND = "searched_rigs"  # that makes the files of searches
 HEAD = """about: "{about}"
 # The rig: every parameter with value, unit, kind and source.
 # kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
@@ -46,7 +45,7 @@ HEAD = """about: "{about}"
 """
 
 
-def rig_text(template: str, entries: Mapping[str, dict], about: str, command: str = COMMAND) -> str:
+def rig_text(template: str, entries: Mapping[str, dict], about: str, command: str) -> str:
     """Return the text of a rig's file: that of another rig, the ``template``, with some entries exchanged.
 
     In the template every entry is a line, with ``range:`` and its source at the end. ``entries`` are ``value``,
@@ -73,16 +72,15 @@ def rig_text(template: str, entries: Mapping[str, dict], about: str, command: st
 
 
 def rig_entries(
-    config: PlausibleConfig, unknowns: Unknowns, values: Mapping[str, float], source: str, kind: str = "fitted"
+    config: PlausibleConfig, unknowns: Unknowns, values: Mapping[str, float], source: str, kind: str
 ) -> dict[str, dict]:
     """Return entries of a rig file (`rig_text`) for values by unknown; the range of a ratio is that of its value."""
     ranges, fields, entries = file_ranges(config.rig), unknowns.changes(values), {}
     for unknown in unknowns.unknowns:
         factor = fields.get(unknown.of, 1.0) if unknown.of else 1.0
         # the range of the file where it has one, so that a value beyond it is seen
-        low, high = (
-            (unknown.low, unknown.high) if unknown.of else ranges.get(unknown.label, (unknown.low, unknown.high))
-        )
+        own = unknown.low, unknown.high
+        low, high = own if unknown.of else ranges.get(unknown.label, own)
         entry = {"low": low * factor, "high": high * factor, "kind": kind, "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
     rig = unknowns.rig.changed(**fields)
@@ -105,22 +103,28 @@ def _least_tension(rig: Rig, low: float) -> float:
     return rig.tension.pre_tension
 
 
+def _rig_file(
+    config: PlausibleConfig, name: str, values: Mapping[str, float], kind: str, source: str, about: str, command: str
+) -> str:
+    """Return the file of a rig with values by unknown of the search ``name``, and the fields that the search sets."""
+    set_fields, ranges = config.search.searches[name].fields, file_ranges(config.rig)
+    entries = rig_entries(config, searched_unknowns(config, name), values, f"{source} (docs/answer.md)", kind)
+    for field, value in set_fields.items():
+        if not isinstance(value, str):
+            low, high = ranges[field]
+            entries[field] = {"value": value, "low": low, "high": high, "kind": "assumed", "source": SET}
+    text = rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, about, command)
+    for field, value in set_fields.items():
+        if isinstance(value, str):
+            text = with_choice(text, field, value, SET)
+    return text
+
+
 def default_rig(config: PlausibleConfig) -> str:
     """Return the file of the default rig: a draw of the sample, with the ring's friction of the search `slips`."""
     values = next(islice(drawn_values(config), config.default_draw, None))
-    unknowns, ranges = searched_unknowns(config, "slips"), file_ranges(config.rig)
-    source = f"draw {config.default_draw} of the sample, fitted to nothing (docs/answer.md)"
-    entries = rig_entries(config, unknowns, values, source, "assumed") | _set_fields(config, "slips", ranges)
-    return rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, DEFAULT, "default_rig")
-
-
-def _set_fields(config: PlausibleConfig, name: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, dict]:
-    """Return entries of the numbers that a search sets."""
-    return {
-        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SET}
-        for field, value in config.search.searches[name].fields.items()
-        if not isinstance(value, str)
-    }
+    source = f"draw {config.default_draw} of the sample, fitted to nothing"
+    return _rig_file(config, "slips", values, "assumed", source, DEFAULT, "default_rig")
 
 
 def best_row(rows: pd.DataFrame) -> dict:
@@ -131,23 +135,13 @@ def best_row(rows: pd.DataFrame) -> dict:
 
 def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     """Return the file of the best row of a search."""
-    best, searched = best_row(rows), config.search.searches[name]
-    unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
-    drawn = best["begin"] in {f"draw {draw}" for draw in config.search.draws}
-    came = (
-        f"{best['begin']} of the sample, fitted to nothing"
-        if drawn
-        else f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {_start(rows)}"
-    )
-    source = f"{came} (docs/answer.md)"
-    entries = rig_entries(config, unknowns, best, source, "assumed" if drawn else "fitted") | _set_fields(
-        config, name, ranges
-    )
-    text = rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
-    for field, value in searched.fields.items():
-        if isinstance(value, str):
-            text = with_choice(text, field, value, SET)
-    return text
+    best = best_row(rows)
+    if best["begin"] in {f"draw {draw}" for draw in config.search.draws}:
+        kind, source = "assumed", f"{best['begin']} of the sample, fitted to nothing"
+    else:
+        kind = "fitted"
+        source = f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {_start(rows)}"
+    return _rig_file(config, name, best, kind, source, ABOUT[name], "searched_rigs")
 
 
 def _start(rows: pd.DataFrame) -> str:
