@@ -73,6 +73,12 @@ TASKS = [
         "        rows.wheel_rate[sample, wheel] =",
         "        rows.wheel_turn[sample, wheel] = 1.0 + wheel\n",
     ),
+    # an option of a sensor's file
+    (
+        "trackdyn/fieldtest/sensor_mapping.py",
+        "    resample: bool",
+        '    mine: bool = Field(False, description="Option of mine.")\n',
+    ),
     # a figure
     (f"{FOLDER}/report/figures/mine.py", "", FIGURE),
     ("workflow/rules/records.smk", "", RULE.format("mine", 'figure("mine")', "report/figures/mine.py")),
@@ -94,8 +100,12 @@ SHOWN = """
 import json, pickle, sys
 from pathlib import Path
 
+from typer.testing import CliRunner
+
 from trackdyn import compare, load_rig, measures, read_sensor, Scene
 from trackdyn.commands import console
+from trackdyn.commands.cli import app
+from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import run_metrics, shown_measures
 from trackdyn.simulation.belt import belt_recording
@@ -114,7 +124,8 @@ loop.record(0.002).save(folder / "new.npz")
 record = read_sensor("data/synthetic/150rpm.csv")
 printed = {
     "measures": list(measures(belt).index), "compared": list(compare(belt, record)["measure"]),
-    "metrics": list(run_metrics("", belt)), "refused": refused,
+    "metrics": list(run_metrics("", belt)), "refused": refused, "mapped": load_mapping(folder / "mine.yaml").mine,
+    "help": CliRunner().invoke(app, ["compare", "--help"]).output,
     "array": load_recording(folder / "new.npz").wheel_turn.tolist(),
     "page": build_page(results, tracks=tracks, studies=["probe"]),
 }
@@ -128,6 +139,7 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", copy)
     loop.record(0.002).save(tmp_path / "old.npz")
+    (tmp_path / "mine.yaml").write_text("mine: true\n", encoding="utf-8")
     (tmp_path / "loop").write_bytes(pickle.dumps(loop))
     for name, place, added in TASKS:
         before = (copy / name).read_text(encoding="utf-8") if (copy / name).exists() else ""
@@ -162,6 +174,7 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
         "tilt_g" in shown["measures"] and "tilt_g" in shown["compared"] and {"tilt_g", "swing_g"} <= {*shown["metrics"]}
     )
     assert "other arrays than this version records ('wheel_turn')" in shown["refused"] and "\n" not in shown["refused"]
+    assert shown["mapped"] is True and "--mine" in shown["help"] and "Option of mine." in shown["help"]
     assert shown["array"] == [[1.0, 2.0, 3.0]] * 2
     for words in ("A figure of mine</h3>", "A study of mine</h3>", "105"):
         assert words in shown["page"]
