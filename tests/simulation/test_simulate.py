@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tests.conftest import BELT, LAWS, assert_same_arrays, recorded
+from tests.conftest import BELT, LAWS, assert_same_arrays, recorded, refused
 from trackdyn.commands.cli import app
-from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import without_beginning
@@ -126,6 +126,5 @@ def test_a_loop_that_is_driven_to_rest_is_read_back_and_measured_there(make_scen
     run = loop.record(0.5, frame_interval=0.1)
     run.save(tmp_path / "run.npz")
     assert_same_arrays(load_recording(tmp_path / "run.npz"), run)
-    with pytest.raises(InputError, match=r"the motor speed goes from 0 to .*record after the ramp"):
-        run_metrics("", run)
+    refused(run_metrics, "", run, words=["the motor speed goes from 0 to ", "record after the ramp"])
     read_back(loop.record(0.3), tmp_path / "still.npz")

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.conftest import RIG
-from trackdyn.inputs.errors import InputError
+from tests.conftest import RIG, refused
 from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows
 
 
@@ -28,8 +27,7 @@ from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requ
 def test_a_file_that_is_no_design_is_refused(tmp_path, text, message):
     path = tmp_path / "d.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=message):
-        read_design(path)
+    refused(read_design, path, words=[message])
 
 
 def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.rig.rig import load_rig
 
 RIG_FILE = Path(__file__).parents[3] / "trackdyn" / "rigs" / "paper.yaml"
@@ -41,6 +41,4 @@ def test_a_point_becomes_a_rig_and_is_found_again():
     ],
 )
 def test_an_invalid_unknown_is_refused_in_a_sentence(entries, message):
-    with pytest.raises(InputError, match=message) as refusal:
-        Unknowns([Unknown(**entry) for entry in entries], RIG, RANGES)
-    assert "\n" not in str(refusal.value)
+    refused(lambda: Unknowns([Unknown(**entry) for entry in entries], RIG, RANGES), words=[message])
