@@ -17,8 +17,8 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # $(call timed,name,command): runs a command that may be silent, and prints the time that it takes, with that of its last end here
 timed = @begin=$$(date +%s); last=$$(sed 's/$$/ s the last time/' $(VENV)/took-$(1) 2>/dev/null); echo "$(1): $${last:-not timed here yet}"; \
-    (while sleep 50; do echo "$(1): $$(($$(date +%s) - begin)) s so far; $${last:-not timed here yet}"; done) & tick=$$!; \
-    trap "kill $$tick" EXIT; $(2) && took=$$(($$(date +%s) - begin)) && echo $$took > $(VENV)/took-$(1) && echo "$(1): took $$took s"
+    (while sleep 50 && kill -0 $$$$ 2>/dev/null; do echo "$(1): $$(($$(date +%s) - begin)) s so far; $${last:-not timed here yet}"; done) & tick=$$!; \
+    trap "kill $$tick" EXIT; trap "exit 130" INT TERM; $(2) && took=$$(($$(date +%s) - begin)) && echo $$took > $(VENV)/took-$(1) && echo "$(1): took $$took s"
 
 replicate: $(READY)
 	$(call timed,replicate,$(BIN)/python workflow/run.py -j$(JOBS))

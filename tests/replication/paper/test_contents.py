@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.conftest import ROOT
-from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAGE, PAPER, missing_items
 
 EVERY = (*PAPER, *OWN, *OF_STUDIES)
 
@@ -15,6 +15,17 @@ def test_the_list_is_that_of_the_paper(tmp_path):
     assert len({item.title for item in EVERY}) == len({item.key for item in EVERY}) == len(EVERY)
     assert missing_items(tmp_path) == list(PAPER)
     assert all(item.table == item.key.startswith("table") for item in PAPER)
+
+
+def test_the_page_places_items_that_there_are_once_and_the_papers_in_its_order():
+    placed = [
+        key for parts in ("figures", "sections") for part in PAGE[parts].values() for key in part.get("items", ())
+    ]
+    assert len({*placed}) == len(placed) and {*placed, *PAGE["first"]} | {*PAGE["below"].values()} <= {
+        i.key for i in EVERY
+    }
+    figures = [key for key in placed if key.startswith("fig")]
+    assert figures == sorted(figures) and {item.key for item in PAPER} <= {*placed}
 
 
 def test_what_is_there_is_not_missing(tmp_path):
