@@ -312,8 +312,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     recording.save(tmp_path / "run.npz")
     drawn = []
     monkeypatch.setattr(
-        "trackdyn.plots.style.save",
-        lambda figure, *where, **mark: drawn.append(figure) or save(figure, *where, **mark),
+        "trackdyn.plots.style.save", lambda figure, *where, **mark: drawn.append(figure) or save(figure, *where, **mark)
     )
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / "a.svg"), "--out", str(tmp_path / "a.csv")])

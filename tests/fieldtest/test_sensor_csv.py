@@ -398,8 +398,7 @@ def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("header", "options"),
-    [("t_s,ax,ay,az", {"scale": 2048}), ("t_s,ax,ay [LSB],az (g)", {"range": 16, "bits": 16})],
+    ("header", "options"), [("t_s,ax,ay,az", {"scale": 2048}), ("t_s,ax,ay [LSB],az (g)", {"range": 16, "bits": 16})]
 )
 def test_raw_counts_are_read(header, options, tmp_path):
     path = write(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))

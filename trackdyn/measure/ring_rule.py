@@ -30,20 +30,14 @@ MARGIN_PCT = 2.0
 ARCS = ("left", "right")
 # columns of `with_tooth_forces`
 TOOTH_COLUMNS = (
-    "tooth_peak_n",
-    "tooth_peak_error_n",
-    "tooth_rms_n",
-    "tooth_ratio",
-    "tooth_ratio_error",
-    "tension_ratio",
-)
+    "tooth_peak_n", "tooth_peak_error_n", "tooth_rms_n", "tooth_ratio", "tooth_ratio_error", "tension_ratio",
+)  # fmt: skip
 WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
 COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # weighed by a choice
 RULE_COLUMNS = (
-    *(f"{arc}_{name}" for arc in ARCS for name in ("share_pct", "peak_n", "peak_error_n", "rms_n")),
-    "ring_peak_n",
+    *(f"{arc}_{name}" for arc in ARCS for name in ("share_pct", "peak_n", "peak_error_n", "rms_n")), "ring_peak_n",
     *COMPARED,
-)
+)  # fmt: skip
 
 
 def conditions(study: pd.DataFrame) -> list[str]:
