@@ -443,18 +443,17 @@ def test_dates_of_any_form_are_stamps(name, tmp_path):
     refused(write(path, "\n".join(["Time;ay (g)", *lines])), ["Time in line 6", "date and time"])
 
 
-def test_dates_whose_order_matters_are_asked_for(tmp_path):
-    """The 5th of January or the 1st of May, and the day after."""
-    t = np.datetime64("2024-01-04T23:59:59.5") + np.arange(1000).astype("m8[ms]")
-    lines = [f"{stamp.item():%d.%m.%Y %H:%M:%S.%f};{k % 7}" for k, stamp in enumerate(t)]
+@pytest.mark.parametrize("form", ["%d.%m.%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f"])
+@pytest.mark.parametrize("begin", ["2024-01-04", "2024-11-11", "2024-01-12", "2024-03-31"])
+def test_the_order_of_day_and_month_follows_from_midnight(form, begin, tmp_path):
+    """The 5th of January or the 1st of May, and the day after; the other order has a gap of a month."""
+    t = np.datetime64(f"{begin}T23:59:59.5") + np.arange(1000).astype("m8[ms]")
+    lines = [f"{stamp.item():{form}};{k % 7}" for k, stamp in enumerate(t)]
     path = write(tmp_path / "record.csv", "\n".join(["Time;ay (g)", *lines]))
-    refused(path, ["('04.01.2024", "`dates: day-first` or `dates: month-first`"])
-    record = read_sensor(path, SensorMapping(dates="day-first"))
-    assert record.rate == pytest.approx(1000.0) and record.done["time"].endswith("dates are day-first")
-    refused(path, ["gap"], mapping=SensorMapping(dates="month-first"))
-    lines[7] = "04.13.2024 23:59:59.507;1"
-    path = write(path, "\n".join(["Time;ay (g)", *lines]))
-    refused(path, ["Time in line 9 is '04.13.2024", "date and time"], mapping=SensorMapping(dates="day-first"))
+    record = read_sensor(path)
+    assert record.rate == pytest.approx(1000.0) and record.time[-1] == pytest.approx(0.999)
+    lines[7] = "45.13.2024 23:59:59.507;1"
+    refused(write(path, "\n".join(["Time;ay (g)", *lines])), ["Time in line 9 is '45.13.2024", "date and time"])
 
 
 def holed(missing, mark="NaN"):

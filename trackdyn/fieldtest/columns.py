@@ -194,7 +194,7 @@ def _times(source: Source, columns: dict[str, Column], rated: bool, questions: l
 
 def _are_fractions(source: Source, time: Column, fine: Column, unit_s: float) -> bool:
     """Return whether the stamps are whole seconds, and another column of a finer unit is the rest below a second."""
-    seconds, rest = source.numbers([time.position, fine.position], time.position, True).T
+    seconds, rest = source.numbers([time.position, fine.position], time.position).T
     if time.unit not in ("", "s", "sec", "secs") or not np.isfinite(rest).any():
         return False
     return bool((np.nan_to_num(seconds) % 1 == 0).all() and np.nanmin(rest) >= 0 and np.nanmax(rest) * unit_s < 1)

@@ -74,7 +74,7 @@ class Source:
         """Return the N cells of a column."""
         return [row[column] if len(row) > column else "" for row in self.cells]
 
-    def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
+    def numbers(self, columns: Sequence[int], time: int | None = None) -> np.ndarray:
         """Return (N, c) numbers of some columns, NaN for other cells and in rows of another number of fields.
 
         Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`). Raises `InputError`: a
@@ -87,7 +87,7 @@ class Source:
             return [row[column] if len(row) == len(self.columns) else "" for row in self.cells]
 
         if time is not None and time in self.dated and time not in values:
-            values[time] = seconds_of(self.columns[time].name, whole_rows(time), day_first)
+            values[time] = seconds_of(whole_rows(time))
         if rest := [column for column in columns if column not in values]:
             decimal = self._decimal_sign(rest)
             clean = self._parsed_at_once(rest, decimal) if text else None
@@ -176,7 +176,7 @@ class Source:
     def stamps(self, column: int) -> np.ndarray:
         """Return the numbers of a column that may be the time; none if their form is ambiguous, such as 1,000."""
         try:
-            values = self.numbers([column], column, True)[:, 0]
+            values = self.numbers([column], column)[:, 0]
         except InputError:
             return np.empty(0)
         return values[np.isfinite(values)]

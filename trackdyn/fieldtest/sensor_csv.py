@@ -134,7 +134,7 @@ def _samples(
     """
     keys, positions = list(columns), [column.position for column in columns.values()]
     time = columns["time"].position if "time" in columns else None
-    table = source.numbers(positions, time, None if mapping.dates is None else mapping.dates == "day-first")
+    table = source.numbers(positions, time)
     wrong = np.isnan(table)
     absent = wrong[:, [k for k, key in enumerate(keys) if key in AXES]].all(axis=1)
     if time is not None and absent.any():
@@ -234,7 +234,6 @@ def _record(
         rate, even, steps = stamps.judge_stamps(seen, where, stated, mapping.resample)
         described = " and ".join(columns[key].described for key in TIME_KEYS if key in columns)
         done["time"] = f"{described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
-        done["time"] += f"; dates are {mapping.dates}" if mapping.dates else ""
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
     _require_range(signals, axes, where, range_g)
     # the highest count is one less than the lowest

@@ -95,9 +95,6 @@ class SensorMapping(Section):
     gaps: Literal["bridge", "longest"] | None = Field(
         None, description="bridge: interpolate over few lost samples; longest: keep the longest part without a gap."
     )
-    dates: Literal["day-first", "month-first"] | None = Field(
-        None, description="day-first or month-first, where both readings of the dates are possible and differ."
-    )
     start: NotNegative = Field(0.0, alias="from", description="First instant to keep, s since the first row.")
     to: Positive | None = Field(None, description="Last instant to keep, s since the first row.")
     group: Name | None = Field(

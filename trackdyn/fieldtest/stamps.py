@@ -78,11 +78,11 @@ class Rate(NamedTuple):
     source: str
 
 
-def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarray:
+def seconds_of(texts: list[str]) -> np.ndarray:
     """Return (N,) seconds since the first row of dates, times of day or durations; NaN for any other text.
 
-    A clock continues over midnight, one of 12 hours over noon, one of minutes over the hour. ``day_first`` tells
-    whether 1/2 is in February; if it is None both readings must give the same times, else `InputError`.
+    A clock continues over midnight, one of 12 hours over noon, one of minutes over the hour. Whether 1/2 is in February
+    follows from the whole record: in the other order some dates do not exist, or midnight takes a month.
     """
     valid = [bool(DATE.fullmatch(text)) for text in texts]
     for written, form in _FORMS.items():
@@ -100,35 +100,33 @@ def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarra
         return seconds - seconds[rows[0]]
     clock = bool(re.fullmatch(_CLOCK, first, re.ASCII))
     texts = [f"2000-01-01 {text}" for text in texts] if clock else texts
-    readings = []
-    for order in (True, False) if day_first is None and not _ISO.fullmatch(first) else (bool(day_first),):
-        instants = _instants(texts, valid, order)
-        readings.append((instants - instants[instants.notna().argmax()]).to_numpy() / np.timedelta64(1, "s"))
-    least = min(np.count_nonzero(np.isnan(seconds)) for seconds in readings)
-    readings = [seconds for seconds in readings if np.count_nonzero(np.isnan(seconds)) == least]
-    if not all(np.array_equal(readings[0], seconds, equal_nan=True) for seconds in readings):
-        raise InputError(
-            f"the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or the month; "
-            "choose `dates: day-first` or `dates: month-first`."
-        )
-    seconds, rows = readings[0], np.flatnonzero(np.isfinite(readings[0]))
+    orders = (True,) if _ISO.fullmatch(first) else (True, False)
+    seconds = min((_since_first(texts, valid, day_first) for day_first in orders), key=_improbability)
+    rows = np.flatnonzero(np.isfinite(seconds))
     seconds[rows] += 86_400.0 * np.cumsum(clock & (np.diff(seconds[rows], prepend=0.0) < -43_200.0))
     return seconds
 
 
-def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.DatetimeIndex:
-    """Parse texts by the form of the first valid one; NaT for any other form."""
+def _since_first(texts: list[str], valid: list[bool], day_first: bool) -> np.ndarray:
+    """Return (N,) seconds since the first of dates in the form of the first valid one; NaN for any other form."""
     texts = [text if right else "" for text, right in zip(texts, valid, strict=True)]
     first = next(filter(None, texts), "")
-    if _ISO.fullmatch(first):
-        return pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-    # pandas guesses no form where the hour of the day is not the hour as written
-    first = re.sub(r"\d{1,2}(:\d\d:\d\d\.\d+) [AP]M$", r"10\1 AM", first)
-    # with dayfirst pandas also reads 2024/05/01 day first, and elsewhere swaps day and month where they do not fit
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        form = guess_datetime_format(first, dayfirst=day_first and not re.match(r"\d{4}", first))
-    return pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
+    form: str | None = "ISO8601"
+    if not _ISO.fullmatch(first):
+        # pandas guesses no form where the hour of the day is not the hour as written
+        first = re.sub(r"\d{1,2}(:\d\d:\d\d\.\d+) [AP]M$", r"10\1 AM", first)
+        # with dayfirst pandas also reads 2024/05/01 day first, and elsewhere swaps day and month where they do not fit
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            form = guess_datetime_format(first, dayfirst=day_first and not re.match(r"\d{4}", first))
+    instants = pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
+    return (instants - instants[instants.notna().argmax()]).to_numpy() / np.timedelta64(1, "s")
+
+
+def _improbability(seconds: np.ndarray) -> tuple[int, float]:
+    """Return how many dates of a reading do not exist, and the days that it spans."""
+    exist = seconds[np.isfinite(seconds)]
+    return seconds.size - exist.size, float(np.ptp(exist)) // 86_400.0 if exist.size else 0.0
 
 
 def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
