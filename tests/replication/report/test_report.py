@@ -30,7 +30,7 @@ from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
 from trackdyn_replication.paper.published import SENSORS
 from trackdyn_replication.report.figures.closure import closure_figure
 from trackdyn_replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
-from trackdyn_replication.report.figures.ring_study import MARKS, STEADY
+from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
 from trackdyn_replication.report.figures.screenshots import moments
 from trackdyn_replication.report.parameters import table1
 from trackdyn_replication.report.record_tables import lines_table, table3
@@ -238,3 +238,10 @@ def test_where_contact_ends_is_computed():
     assert quiet_from(study(), "left_share_pct") is None
     assert "right arc: none from 0.305 m on" in texts(figures(study(), MARKS)["fig23_a"])
     assert ": none from" not in texts(figures(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY)["fig24"])
+
+
+def test_durations_of_both_rigs_are_within_their_axes():
+    figure = creep_figure(study(), study().assign(left_share_pct=40.0))
+    for ax in figure.axes:
+        low, high = ax.get_ylim()
+        assert all(low < value < high for curve in ax.lines[:2] for value in curve.get_ydata())
