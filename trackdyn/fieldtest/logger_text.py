@@ -307,11 +307,11 @@ def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, 
     whole = len(fields) > len(names) and all(re.fullmatch(r"-?\d+", field) for field in fields)
     if separator == "," and (are_split(fields) or whole):
         raise InputError(
-            f"{between} ({listed(names)}): decimal commas among commas{', or names are missing' * whole}; save it with "
+            f"{between} ({joined(names)}): decimal commas among commas{', or names are missing' * whole}; save it with "
             f"decimal points, or with semicolons or tabs between the columns{', or complete the names' * whole}."
         )
     raise InputError(
-        f"{between} ({listed(names)}); complete or remove it, use one separator everywhere, give all columns by "
+        f"{between} ({joined(names)}); complete or remove it, use one separator everywhere, give all columns by "
         "number, such as `time: 1, axes: {ay: 3}`, or, if some rows are no samples, `gaps: longest`."
     )
 
@@ -325,6 +325,6 @@ def are_split(fields: Sequence[str]) -> bool:
     )  # fmt: skip
 
 
-def listed(names: Sequence[str]) -> str:
+def joined(names: Sequence[str]) -> str:
     """Join names of columns for a message, at most twelve."""
     return (", ".join(map(shown, names[:12])) + ", ..." * (len(names) > 12)) or "columns without names"

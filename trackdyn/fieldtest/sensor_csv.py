@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.fieldtest import samples, stamps
-from trackdyn.fieldtest.columns import TIME_KEYS, Axis, chosen_columns, require_one_sensor, rows_of_group
+from trackdyn.fieldtest.chosen_columns import TIME_KEYS, Axis, chosen_columns, require_one_sensor, rows_of_group
 from trackdyn.fieldtest.header import find_rows
-from trackdyn.fieldtest.logger_text import Source, listed, table_of
+from trackdyn.fieldtest.logger_text import Source, joined, table_of
 from trackdyn.fieldtest.sensor_mapping import AXES, TIME_UNITS, Column, SensorMapping, time_like
 from trackdyn.fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, naming, shown
@@ -285,8 +285,8 @@ def _described(source: Source, columns: dict[str, Column], axes: dict[str, Axis]
     ]
     used = {column.position for column in columns.values()}
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
-        words.append(f"not used: {listed(unused)}")
-    below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
+        words.append(f"not used: {joined(unused)}")
+    below = f"; below them, left out: {joined(source.left_out)}" if source.left_out else ""
     group = f" of {source.group}" * bool(source.group)
     rows = f"{counts['ay'][0].size}{group}, from {source.where(0)} on{below}"
     return {"rows": rows, "columns": "; ".join(words)}

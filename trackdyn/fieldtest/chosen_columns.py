@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.fieldtest.logger_text import Source, listed, number_in
+from trackdyn.fieldtest.logger_text import Source, joined, number_in
 from trackdyn.fieldtest.sensor_mapping import (
     AXES,
     METRES,
@@ -63,7 +63,7 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
     _require_a_sample_a_row(source, columns)
     if "ay" not in columns:
         questions.append(
-            f"no column for ay among {listed(source.names)}; name it, `axes: {{ay: NAME}}`, or give its number, "
+            f"no column for ay among {joined(source.names)}; name it, `axes: {{ay: NAME}}`, or give its number, "
             "`axes: {ay: 2}`, with a minus to flip its sign, `axes: {ay: -NAME}`"
         )
     counts = mapping.counts_per_g
@@ -111,7 +111,7 @@ def _by_key(source: Source, mapping: SensorMapping, questions: list[str]) -> dic
     several: dict[str, list[Column]] = {}
     for key, of_key in candidates(source.columns, mapping).items():
         if not of_key:
-            raise InputError(f"no column {stated_columns(mapping)[key]!r} for {key}; there are {listed(source.names)}.")
+            raise InputError(f"no column {stated_columns(mapping)[key]!r} for {key}; there are {joined(source.names)}.")
         columns[key] = of_key[0]
         several |= {key: of_key} if len(of_key) > 1 else {}
     if several:
@@ -234,7 +234,7 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
             f"`time: '#{asked[0].position + 1}'`, or read no stamps, {NO_STAMPS}"
         )
     elif not rated:
-        among = "" if questions else f" among {listed(source.names)}"
+        among = "" if questions else f" among {joined(source.names)}"
         questions.append(
             f"no column of time{among}; name it, `time: NAME`, or give the rate of the samples, "
             f"{RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, {NO_STAMPS}"
