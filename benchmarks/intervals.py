@@ -1,6 +1,6 @@
 """Count how often intervals of a few turns cover the mean of a long run, and how often two of its windows differ.
 
-    python benchmarks/coverage.py [--out results/benchmarks/coverage.csv]
+    python benchmarks/intervals.py [--out results/benchmarks/intervals.csv]
 
 The bars were set before the first run: a coverage within 10 points of 68 and of 95 %, and at most 8 % of pairs that
 differ by more than their errors, as `trackdyn compare` judges. Errors are those of scatter, without the step's.
@@ -57,7 +57,7 @@ def rows_of(scene: Scene, ay: np.ndarray, turns: int):
 def main() -> None:
     """Record, count, print and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks/coverage.csv"))
+    parser.add_argument("--out", type=Path, default=Path("results/benchmarks/intervals.csv"))
     out, table = parser.parse_args().out, []
     for name, rpm, ring in SCENES:
         scene = Scene(load_rig(name), rpm, ring, contact_log=False)
