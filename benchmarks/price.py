@@ -22,11 +22,12 @@ from trackdyn.measure.uncertainty import LEAST_PASSAGES, Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.simulation.recorder import Recorder
 
-SCENES = (
+SCENES = (  # rig, motor speed (rev/min), ring (m)
     ("paper", 115, 0.308), ("paper", 150, 0.3075), ("paper", 195, 0.306), ("paper", 180, None), ("bench", 165, 0.307),
     ("bench", 200, 0.3095), ("parts", 225, 0.308), ("parts", 190, None), ("m113", 90, None),
 )  # fmt: skip
 TOLERANCES, WAITS = (0.05, 0.02, 0.01), (0.0, 0.5, 1.0, 2.0, 4.0, 7.0)  # waits in turns
+COLUMNS = ["rig", "rpm", "ring_radius_m", "tolerance", "error", "cpu_s", "price_a", "price_b"]
 LONGEST, STEADY = 6.0, 10.0  # turns of a record; turns until the limit is taken
 
 
@@ -48,9 +49,9 @@ def cheapest(scene: Scene, limit: float, tolerance: float, runs: list) -> dict[s
         squares = rms.values[int(wait * scene.rig.chain.pitches) :][: int(LONGEST * scene.rig.chain.pitches)]
         off = np.abs(np.sqrt(np.cumsum(squares) / np.arange(1, len(squares) + 1)) / limit - 1)
         missed = np.flatnonzero(off > tolerance)
-        if len(missed) and missed[-1] == len(off) - 1:
-            continue
         passages = max(missed[-1] + 2 if len(missed) else 0, LEAST_PASSAGES)
+        if passages > len(off):
+            continue
         cost = start + record / len(rms.values) * (wait * scene.rig.chain.pitches + passages)
         costs = {key: min(value, cost) if key == "b" or wait == 2 else value for key, value in costs.items()}
     return costs
@@ -73,13 +74,16 @@ def main() -> None:
                 print(f"{name}, {rpm} rpm, {trial.name}: {error}")
         for tolerance in TOLERANCES:
             begin = process_time()
-            answer = plan(scene, {"rms": tolerance}).run()
+            try:
+                answer = plan(scene, {"rms": tolerance}).run()
+            except TrackdynError as error:
+                print(f"{name}, {rpm} rpm, {process_time() - begin:.2g} CPU s: {error}")
+                continue
             cpu, costs = process_time() - begin, cheapest(scene, limit, tolerance, runs)
-            error = answer.measures["rms"].value / limit - 1
-            table.append([name, rpm, ring, tolerance, error, cpu, cpu / costs["a"], cpu / costs["b"]])
+            row = name, rpm, ring, tolerance, answer.measures["rms"].value / limit - 1, cpu
+            table.append([*row, *(cpu / cost for cost in costs.values())])
             print(*table[-1], flush=True)
-    columns = "rig rpm ring_radius_m tolerance error cpu_s price_a price_b"
-    rows = pd.DataFrame(table, columns=columns.split())
+    rows = pd.DataFrame(table, columns=COLUMNS)
     print(rows[["price_a", "price_b"]].median(), f"kept: {(rows.error.abs() <= rows.tolerance).sum()} of {len(rows)}")
     write_csv(out, rows)
 
