@@ -10,7 +10,7 @@ import csv
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
-from math import cos, hypot, pi, sin, sqrt, tan
+from math import cos, hypot, isqrt, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,11 +24,6 @@ ROUNDING = 1e-9  # relative standard error that is rounding, and is not shown
 NAN = float("nan")
 
 
-def batch_size(count: int) -> int:
-    """Return the size of the batches of ``count`` successive values: about the root of ``count``."""
-    return max(1, int(np.sqrt(count)))
-
-
 def batch_error(values) -> tuple[float, float]:
     """Return the standard error of the mean of (m,) successive values, and the half width of its 95 % interval.
 
@@ -37,7 +32,7 @@ def batch_error(values) -> tuple[float, float]:
     a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070). The interval is Student's with
     `batch_degrees`. NaN for fewer than two values.
     """
-    count, size = len(values), batch_size(len(values))
+    count, size = len(values), isqrt(len(values))
     if count < 2:
         return NAN, NAN
     values = np.subtract(values, values[0], dtype=float)  # values that repeat have an error of exactly 0
@@ -54,7 +49,7 @@ def batch_degrees(count: int) -> int:
     """
     if count < 2:
         return 0
-    size = batch_size(count)
+    size = isqrt(count)
     lag = np.arange(count - size + 1)
     covariance = np.maximum(size - lag, 0) / size**2 - 1 / count  # of two batches that begin ``lag`` values apart
     pairs = np.where(lag, 2, 1) * (len(lag) - lag)
