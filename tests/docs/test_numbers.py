@@ -112,7 +112,7 @@ REPEATED = [
         f"{1e3 * preset('reference')['step']:g} ms",
         f"is at most {100 * planner.SETTING_SHARE:g} % of the tolerance",
         f"a linearly implicit one of {1e3 * planner.IMPLICIT_STEP:g} ms",
-        f"repeats {WORDS[step_check.PIECE]} seconds of every {WORDS[step_check.PIECE_PERIOD]} with a quarter",
+        f"{WORDS[step_check.PIECE]} seconds of every {WORDS[step_check.PIECE_PERIOD]} are repeated with a quarter",
         f"RMS up to {50 * step_check.RMS:g} % and mean peak up to {50 * step_check.PEAKS:g} %",
         f"more than {100 * step_check.LARGEST_SHARE:g} % of the motion alternates",
         f"RMS above {100 * step_check.RMS:g} % with an explicit step, or mean peak above {100 * step_check.PEAKS:g} %",
