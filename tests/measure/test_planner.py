@@ -152,6 +152,22 @@ def test_scatter_that_no_record_outlasts_is_refused_before_settings_are_tried(sh
         assert _scatter_needs(trial, tolerances, 200.0) == pytest.approx(392.0)
 
 
+def test_settings_that_vibrate_apart_keep_the_error_of_their_common_start(monkeypatch):
+    """The second look would send the planner to finer settings, whose vibrations part as well."""
+    runs, looks = [tried(1e-4, 1.0), tried(5e-5, 1.0)], iter([(0.001, 0.004), (0.002, 0.02)])
+
+    def judge(running, tolerances):
+        bias, bias_error = next(looks)
+        for trial in running:
+            trial.error["rms"] = TotalError(bias, bias_error, 0.005, 0.005)
+
+    for name, function in (("_judge", judge), ("_record", lambda *_: None), ("_undecided", lambda *_: True)):
+        monkeypatch.setattr(planner, name, function)
+    periods = SimpleNamespace(passage=0.1, turn=1.0, loop=0.5)
+    assert planner._compare(runs, {"rms": 0.01}, 10.0, periods, 60.0, 60.0) == 15.0
+    assert [run.error["rms"][:2] for run in runs] == [(0.001, 0.004)] * 2
+
+
 def test_a_setting_that_begins_later_is_compared_over_the_same_passages():
     """Passage by passage they differ by 1 %; passages that one of them lacks would add 50 %."""
     longer, shorter = tried(1e-4, 1.0), tried(5e-5, 1.0)

@@ -302,7 +302,7 @@ def _compare(
 
     Raises `InputError`: a measure has too few values in records in which every arc has had its peaks.
     """
-    span = periods.passage
+    span, shared = periods.passage, dict[Trial, dict[str, TotalError]]()
     while True:
         running = [trial for trial in tried if not trial.refused]
         # the two finest give the limit; the others continue while they may be chosen
@@ -320,6 +320,13 @@ def _compare(
             _judge(running, tolerances)
             keeps = all(running[-1].error[name].bias <= SETTING_SHARE * tolerances[name] for name in tolerances)
             chosen = _cheapest(running, tolerances, bound)
+            if chosen:
+                shared = {trial: dict(trial.error) for trial in running}
+            elif shared:  # vibrations of settings have parted: their differences are scatter from now on
+                for trial, errors in shared.items():
+                    for name, error in errors.items():
+                        trial.error[name] = trial.error[name]._replace(bias=error.bias, bias_error=error.bias_error)
+                return passages
             if not keeps or passages * span >= longest or (chosen and not _undecided(running, chosen, tolerances)):
                 return passages
         passages *= TRIAL_GROWTH
