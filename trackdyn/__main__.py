@@ -21,6 +21,7 @@ def main() -> None:
     """Handle signals, then run the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read about every installed package
     from trackdyn.commands.cli import main as run
 
     run()
