@@ -81,7 +81,7 @@ def main() -> None:
                 continue
             cpu, costs = process_time() - begin, cheapest(scene, limit, tolerance, runs)
             row = name, rpm, ring, tolerance, answer.measures["rms"].value / limit - 1, cpu
-            table.append([*row, *(cpu / cost for cost in costs.values())])
+            table.append([*row, *(cpu / cost if cost < np.inf else np.nan for cost in costs.values())])
             print(*table[-1], flush=True)
     rows = pd.DataFrame(table, columns=COLUMNS)
     print(rows[["price_a", "price_b"]].median(), f"kept: {(rows.error.abs() <= rows.tolerance).sum()} of {len(rows)}")
