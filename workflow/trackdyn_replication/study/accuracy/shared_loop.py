@@ -46,7 +46,7 @@ class SharedLoop(Loop):
             repr((len(log.rows), record.pitches.tolist(), [(row.shape, row.dtype) for row in rows])).encode()
         )
         for name, array in arrays.items():
-            read.update(f"{name} {array.shape} {array.dtype}".encode() + array.tobytes())
+            read.update(f"{name} {array.shape}".encode() + array.tobytes())  # each name has its own type
         if stretch := self._stretches.get(read.digest()):
             for array, result in zip((*arrays.values(), *rows), (*stretch.arrays, *stretch.rows), strict=True):
                 array[...] = result
