@@ -42,9 +42,7 @@ class SharedLoop(Loop):
         model = self.arrays.model._replace(**changes)
         arrays = flatten(self.arrays._replace(model=model)) | flatten(log._replace(rows=None), "log")
         rows = [array[first:last] for array in record.samples]
-        read = blake2b(
-            repr((len(log.rows), record.pitches.tolist(), [(row.shape, row.dtype) for row in rows])).encode()
-        )
+        read = blake2b(repr((len(log.rows), record.pitches.tolist(), [row.shape for row in rows])).encode())
         for name, array in arrays.items():
             read.update(f"{name} {array.shape}".encode() + array.tobytes())  # each name has its own type
         if stretch := self._stretches.get(read.digest()):
