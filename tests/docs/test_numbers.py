@@ -196,3 +196,10 @@ def test_measures_and_words_of_the_pages_have_one_meaning():
     assert min(map(len, terms.values())) > 30
     every = [term for listed in terms.values() for term in listed]
     assert sorted({term for term in every if every.count(term) > 1}) == []
+
+
+def test_short_runs_on_the_page_are_those_of_the_full_study():
+    """The default run has two of them; its table must not take the place of the full study's."""
+    full = yaml.safe_load((ROOT / "config" / "full_studies.yaml").read_text(encoding="utf-8"))
+    measured = pd.read_csv(ROOT / "docs" / "measured" / "extremes_short_runs.csv")
+    assert measured["scenes"].sum() == full["extremes"]["short_runs"]
