@@ -328,6 +328,21 @@ def test_a_record_that_begins_or_ends_at_rest_names_the_option_that_leaves_it_ou
 
 
 @pytest.mark.parametrize(
+    ("still", "start", "words"),
+    [
+        (T < 1, 0, ("125 rows from line 2 to line 126", "`from: 1`")),
+        ((T < 1) | (T > 2.9), 1, ("37 rows from line 365 to line 401", "`to: 2.896`")),
+        ((T > 1.5) & (T < 2), 0, ("62 rows from line 190", "`from: 2` or `to: 1.496`")),
+    ],
+)
+def test_rows_of_a_sensor_that_hung_are_named(still, start, words, tmp_path):
+    rows = zip(T, np.where(still, 0.0, AY), strict=True)
+    (tmp_path / "record.csv").write_text("t_s,ay_g,ax_g\n" + "".join(f"{t:.3f},{a},{t % 0.3:.3f}\n" for t, a in rows))
+    (doubt,) = read_sensor(tmp_path / "record.csv", load_mapping(start=start)).doubts
+    assert all(word in doubt for word in words), doubt
+
+
+@pytest.mark.parametrize(
     ("fields", "options"),
     [
         ("`time: none, rate: HZ`", "--time none --rate HZ"),

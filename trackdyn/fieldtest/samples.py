@@ -1,5 +1,6 @@
 """Samples of a sensor, (N,) per axis: cropped, without gaps, within the range of the sensor, evenly timed."""
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
@@ -18,6 +19,9 @@ _STANDING, _MORE_OFTEN = 5, 3.0
 # samples in a row, and share of a record, that are interpolated: with both at their limit, the RMS of 30 trials on the
 # default run at 1 kHz changed by at most 0.34 % (0.06 % with gaps of 3), as impacts are lost in a gap
 BRIDGED, BRIDGED_SHARE = 10, 0.01
+# rows in a row, their seconds, and multiple of the run that 99 % of the runs do not exceed, from which on rows that
+# repeat one value are no samples: a fast sensor repeats values of few levels
+_STILL, _STILL_S, _MUCH_LONGER = 20, 0.1, 5.0
 # marks of no sample: least distance from all other values, in their extent, least levels of the others, most marks a
 # side; and values that loggers write: 9s, and ends of 16 and 32 bits
 _APART, _FEWEST_LEVELS, _MOST_MARKS = 0.5, 8, 3
@@ -191,6 +195,29 @@ def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
     if not both or 2 * np.nansum(np.abs(np.diff(negative))) > np.nansum(np.abs(np.diff(values))):
         return values, ""
     return negative, f" (of {bits} bits, negative from {2 ** (bits - 1)} on)"
+
+
+def stuck(ay: np.ndarray, since: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
+    """Return a warning of the longest run of rows with one ``ay``, (N,) g, if it far exceeds the others.
+
+    Rows at the end of the range, ``largest`` g, are clipped instead. ``since``, (N,), is the time from the first row
+    on, s; ``where`` words a row.
+    """
+    moved = np.flatnonzero(np.append(True, np.diff(ay) != 0))
+    runs = np.diff(moved, append=ay.size)
+    first, count = int(moved[np.argmax(runs)]), int(runs.max())
+    last = first + count - 1
+    short = since[last] - since[first] < _STILL_S
+    if short or abs(ay[first]) >= largest * (1.0 - 1e-6):
+        return []
+    if count < max(_STILL, _MUCH_LONGER * np.quantile(runs, 0.99, method="lower")):
+        return []
+    cuts = [f"`from: {since[last + 1]:.6g}`" for _ in since[last + 2 :][:1]]
+    cuts += [f"`to: {since[first - 1]:.6g}`"] * (first > 1)
+    return [
+        f"the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g: the logger had not "
+        f"begun, or the sensor hung; cut them off, {' or '.join(cuts)}"
+    ]
 
 
 def at_rest(ay: np.ndarray, rate: float, since: np.ndarray) -> list[str]:

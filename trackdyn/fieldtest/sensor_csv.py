@@ -245,8 +245,8 @@ def _record(
             "for ay, `axes: {ay: NAME}`, or record the moving track."
         )
     hz = rate.hz
-    doubts = doubts or saturated or samples.wrapped(ay)
     since = instants[first] + np.arange(ay.size) / hz
+    doubts = doubts or saturated or samples.wrapped(ay) or samples.stuck(ay, since, largest, where)
     doubts = doubts or samples.at_rest(signals[signals.std().idxmax()].to_numpy(), hz, since)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz)
