@@ -110,7 +110,9 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
     for x, error, _, colour, mark in points:
         axis.loglog(x, 100 * error, mark, color=colour, ms=6, mfc=colour if mark == "o" else "none")
     ends = axis.get_xlim()
-    axis.set_xlim(min(0.1, ends[0]), max(20.0, ends[1]))
+    answered = promises[promises["achieved_error"].notna()]
+    dearest = (answered["cpu_s"] + answered["trial_cpu_s"]).max()
+    axis.set_xlim(min(0.1, ends[0]), np.nanmax([20.0, ends[1], 1.6 * dearest]))  # with the name of the dearest inside
     axis.xaxis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_locator(NullLocator())
@@ -118,7 +120,7 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
     axis.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g}"))
     axis.set_ylabel("error of the RMS (%)")
     axis.set_title(f"Model, method and step ({pictured})")
-    _draw_planned(planned, promises[promises["achieved_error"].notna()])
+    _draw_planned(planned, answered)
     planned.set_xlabel("CPU time of the answer (s)")
     figure.legend(loc="outside lower center", ncols=2)
     _name_points(axis, [(x, 100 * error, *look) for x, error, *look in points])
