@@ -34,7 +34,7 @@ def long_record(scene: Scene, turns: int) -> np.ndarray:
 
 
 def rows_of(scene: Scene, ay: np.ndarray, turns: int):
-    """Yield measure, coverages of 68 and 95 %, errors over scatter, pairs that differ, and whether bars are kept."""
+    """Yield measure, coverages of 68 and 95 %, errors over scatter, pairs that differ, and whether all are as asked."""
     edges = turn_edges(len(ay), scene.rig.rate * scene.periods.loop)[::turns]
     windows = [Sensed(ay[a : b + 1], scene.rig.rate, scene.periods.loop_hz) for a, b in pairwise(edges)][:WINDOWS]
     for measure in (measure for measure in ACCELERATION if measure.column.shown or not measure.column.text):
@@ -48,10 +48,10 @@ def rows_of(scene: Scene, ay: np.ndarray, turns: int):
             * student(welch_degrees(both, (errors[i], degrees), (errors[j], degrees)))
             for i, j in combinations(range(len(values)), 2)
         ])  # fmt: skip
-        kept = abs(shares[0] - 0.68) <= WITHIN and abs(shares[1] - 0.95) <= WITHIN and differ <= DIFFER
+        met = abs(shares[0] - 0.68) <= WITHIN and abs(shares[1] - 0.95) <= WITHIN and differ <= DIFFER
         scatter = float(values.std(ddof=1))
         ratio = np.sqrt(np.mean(errors**2)) / scatter if scatter else np.inf
-        yield measure.column.name, *shares, ratio, scatter / abs(values.mean()), differ, kept
+        yield measure.column.name, *shares, ratio, scatter / abs(values.mean()), differ, met
 
 
 def main() -> None:
@@ -63,7 +63,7 @@ def main() -> None:
         scene = Scene(load_rig(name), rpm, ring, contact_log=False)
         ay = long_record(scene, max(TURNS) * WINDOWS)
         table += [[name, rpm, turns, *row] for turns in TURNS for row in rows_of(scene, ay, turns)]
-    columns = "rig rpm turns measure cover_68 cover_95 error_over_scatter scatter_over_mean pairs_that_differ kept"
+    columns = "rig rpm turns measure cover_68 cover_95 error_over_scatter scatter_over_mean pairs_that_differ met"
     rows = pd.DataFrame(table, columns=columns.split())
     print(rows.round(4).to_string(index=False))
     write_csv(out, rows)

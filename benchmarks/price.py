@@ -1,8 +1,8 @@
-"""Measure the price of a promise: CPU time of a plan and its run over that of the cheapest run that would do.
+"""Measure the price of a tolerance: CPU time of a plan and its run over that of the cheapest sufficient run.
 
     python benchmarks/price.py [--out results/benchmarks/price.csv]
 
-The other run has one setting throughout, waits for two turns of the loop (``price_a``), or for as short as it may in
+The sufficient run has one setting throughout, waits for two turns of the loop (``price_a``), or for as short as it may in
 hindsight (``price_b``), and ends when its RMS stays within the tolerance of the limit, which only hindsight knows.
 """
 
@@ -65,7 +65,7 @@ def main() -> None:
     for name, rpm, ring in SCENES:
         scene, runs = Scene(load_rig(name), rpm, ring), []
         rms, fine = (recorded(scene.with_(step=scene.time_step / k), STEADY, 2 * LONGEST / k)[0] for k in (1, 4))
-        bias = np.subtract(*(part.until(3 * scene.rig.chain.pitches - 1).estimate().value for part in (rms, fine)))
+        bias = np.subtract(*(values.until(3 * scene.rig.chain.pitches - 1).estimate().value for values in (rms, fine)))
         limit = rms.estimate().value - 4 / 3 * bias
         for trial in settings(scene, scene.time_step, True)[:2]:  # finer ones cost more
             try:
@@ -84,7 +84,10 @@ def main() -> None:
             table.append([*row, *(cpu / cost if cost < np.inf else np.nan for cost in costs.values())])
             print(*table[-1], flush=True)
     rows = pd.DataFrame(table, columns=COLUMNS)
-    print(rows[["price_a", "price_b"]].median(), f"kept: {(rows.error.abs() <= rows.tolerance).sum()} of {len(rows)}")
+    print(
+        rows[["price_a", "price_b"]].median(),
+        f"within the tolerance: {(rows.error.abs() <= rows.tolerance).sum()} of {len(rows)}",
+    )
     write_csv(out, rows)
 
 

@@ -105,7 +105,7 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
 def _by_key(source: Source, mapping: SensorMapping, questions: list[str]) -> dict[str, Column]:
     """Return columns by axis and ``time``; a choice among several is added to ``questions``.
 
-    Raises `InputError`: there is no such column, or it is that of another key.
+    Raises `InputError`: the column does not exist, or another key has it.
     """
     columns: dict[str, Column] = {}
     several: dict[str, list[Column]] = {}
@@ -221,17 +221,17 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
     """Ask for a column of time that is not used but may be one, or for the rate of a file that has none."""
     likely = time_like(free)
     head = source.only(np.arange(len(source.lines)) < _HEAD)
-    asked = [column for column in likely if _rises(source, column.position)] + [
+    rising = [column for column in likely if _rises(source, column.position)] + [
         column
         for column in free
         if column not in likely
         and all(_counts(rows, column.position) for rows in (head, source))
         and not (rated and _is_index(source, column))
     ]
-    if asked:
+    if rising:
         questions.append(
-            f"the time may be in {' or '.join(column.described for column in asked[:4])}; choose it, "
-            f"`time: '#{asked[0].position + 1}'`, or read no stamps, {NO_STAMPS}"
+            f"the time may be in {' or '.join(column.described for column in rising[:4])}; choose it, "
+            f"`time: '#{rising[0].position + 1}'`, or read no stamps, {NO_STAMPS}"
         )
     elif not rated:
         among = "" if questions else f" among {joined(source.names)}"

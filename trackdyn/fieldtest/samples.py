@@ -60,7 +60,7 @@ def window_of(t: np.ndarray, start: float, to: float) -> slice:
 def without_gaps(
     stamps: Stamps | None, lost: np.ndarray, axes: pd.DataFrame, gaps: str
 ) -> tuple[Stamps | None, pd.DataFrame, int, str]:
-    """Return stamps and axes without gaps, the number of rows left out before them, and a note on what was done.
+    """Return stamps and axes without gaps, the number of rows dropped before them, and a remark on the repair.
 
     ``lost`` are numbers of rows missing between rows, (N - 1,); other samples of ``axes`` are missing where they are
     NaN. ``gaps`` is ``longest`` or ``bridge`` (`SensorMapping.gaps`). Raises `InputError`: too much is missing.

@@ -115,9 +115,8 @@ def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bo
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
         rows.append(row_of({"rig": contents[id(scene.rig)], "changes": {}, "scene": fields, "stop_rule": stop_rule}))
     results = computed_rows(rows, jobs, store, "ring" if progress else "")
-    check_completed(
-        results, "run the study again: stored rows are reused"
-    )  # a ring is not judged without its neighbours
+    # a ring is not judged without its neighbours
+    check_completed(results, "run the study again: stored rows are reused")
     outcomes = pd.DataFrame(results).drop(columns="values")
     table = pd.DataFrame([result["values"] for result in results]).assign(**outcomes)
     table[SCENE_COLUMNS] = np.array([(s.motor_rpm, s.load, s.ring_radius) for s in scenes], float)
