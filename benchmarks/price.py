@@ -2,8 +2,9 @@
 
     python benchmarks/price.py [--out results/benchmarks/price.csv]
 
-The sufficient run has one setting throughout, waits for two turns of the loop (``price_a``), or for as short as it may in
-hindsight (``price_b``), and ends when its RMS stays within the tolerance of the limit, which only hindsight knows.
+The sufficient run has one setting throughout and waits for two turns of the loop (``price_a``), or for the shortest of
+several waits that suffices (``price_b``). It ends when its RMS stays within the tolerance of the limit, which is known
+only afterwards.
 """
 
 import argparse
