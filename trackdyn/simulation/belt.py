@@ -42,10 +42,7 @@ def belt_recording(scene) -> Recording:
     rows.link_position[:] = point[SUBSAMPLES - 1 :: SUBSAMPLES]  # the loop ends with the first sensor
     rows.wheel_rate[:, SPROCKET] = scene.sprocket_rate
     return Recording.of_record(
-        record,
-        rate,
-        contact_log=record.contact_log.rows,
-        begin=scene.lead_in + scene.ramp,
+        record, rate, contact_log=record.contact_log.rows, begin=scene.lead_in + scene.ramp,
         meta=provenance(scene.with_(step=scene.time_step), Layout(path_m=path.length)),
         wall=time.perf_counter() - begin,
-    )
+    )  # fmt: skip

@@ -33,26 +33,21 @@ def passed_pitches(model: Model, seconds: float) -> float:
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Return the residual of the energy balance as a share of the energy exchanged, and that energy (J).
 
-    ``energy`` (s, 11) has the columns `model.arrays.ENERGY_NAMES` and covers ``seconds`` from first to last row. The
-    energy exchanged is the sum of all their changes and the kinetic energy of the bodies that pass the sprocket; the
-    sprocket's work would not do as reference, since it vanishes at rest.
+    ``energy`` (s, 11) has the columns `ENERGY_NAMES` and covers ``seconds`` from first to last row. The energy
+    exchanged is the sum of all their changes and the kinetic energy of the bodies that pass the sprocket, for the
+    sprocket's work vanishes at rest.
     """
-    change = energy[-1] - energy[0]
-    carried = _turns(model, seconds) * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
+    change, turns = energy[-1] - energy[0], passed_pitches(model, seconds) / len(model.shoes.link_body)
+    carried = turns * float(energy[:, KINETIC].max())
     noise = float(model.chain.mass.sum()) * max(model.chain.gravity, 1.0) * NOISE_HEIGHT
     exchanged = max(float(np.abs(change).sum()) + carried, noise)
     return float(change[0] - change[1:].sum()) / exchanged, exchanged
 
 
-def _turns(model, seconds: float) -> float:
-    """Return the revolutions of the loop in ``seconds``."""
-    return passed_pitches(model, seconds) / len(model.shoes.link_body)
-
-
 def path_error(energy, model, seconds: float) -> float:
     """Return the residual (J) that a step of order 1 may leave in ``seconds`` although contacts are resolved."""
-    turns, kinetic = passed_pitches(model, seconds) / model.tooth.teeth, energy[:, ENERGY_NAMES.index("kinetic")]
-    return PATH_ERROR * model.step * abs(model.drive.rate) * turns * float(kinetic.mean())
+    turns = passed_pitches(model, seconds) / model.tooth.teeth
+    return PATH_ERROR * model.step * abs(model.drive.rate) * turns * float(energy[:, KINETIC].mean())
 
 
 def check_energy_balance(energy, model, seconds: float) -> None:
@@ -70,7 +65,7 @@ def check_energy_balance(energy, model, seconds: float) -> None:
             f"{accepted:.1%}: the step is too large for the contacts; {remedy}"
         )
     change = energy[-1] - energy[0]
-    returned = seconds >= LONG_RECORD and _turns(model, seconds) >= 1.0
+    returned = seconds >= LONG_RECORD and passed_pitches(model, seconds) >= len(model.shoes.link_body)
     for name in LOSSES:
         gained = -float(change[ENERGY_NAMES.index(name)])
         if gained > LARGEST_GAIN * exchanged and (name not in NORMAL_LOSSES or returned):
@@ -81,10 +76,6 @@ def check_energy_balance(energy, model, seconds: float) -> None:
 
 
 def energy_residual(recording) -> float:
-    """Return the residual of the energy balance as a share of the sprocket's work over the record.
-
-    The residual is the work of the sprocket less every dissipation and the change of kinetic, gravitational and bushing
-    energy. Normal contact is one term, since energy that Eq. 8 stores returns through it.
-    """
+    """Return the residual of the energy balance as a share of the sprocket's work over the record."""
     work, *others = recording.energy[-1] - recording.energy[0]
     return float(1.0 - sum(others) / work) if work else float("nan")

@@ -1,19 +1,15 @@
 """Pre-tension: the tensioning wheel moves until the strand onto the sprocket has the target tension at rest.
 
-1. `TensionedLoop.tighten`: the wheel follows the mean tension, first without teeth, then with them, with the ring and
-   the suspensions of the rig.
-2. `TensionedLoop.slacken`, for a target close to the weight of the strand: the loop starts taut and is let out in
-   secant steps until the tension is below the target.
-3. `TensionedLoop.set_tension`: secant steps between states at rest until the target is reached.
-
-The loop is integrated in chunks, and its rates are damped at the end of each. At rest the rates of all bodies, and the
-unbalanced forces on them as a share of the tension, are small.
+`TensionedLoop.tighten` approaches the target; if that is close to the weight of the strand, the loop starts taut and
+`TensionedLoop.slacken` lets it out; `TensionedLoop.set_tension` takes secant steps between states at rest. The loop is
+integrated in chunks, and its rates are damped at the end of each.
 """
 
 from math import inf, pi
 
 import numpy as np
 
+from trackdyn.chain.kinematics import on_pin_line
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import Integration
@@ -77,10 +73,9 @@ def tensioned(scene: Scene, divisor: float) -> "TensionedLoop":
 
 
 class TensionedLoop:
-    """Planar chain with the sprocket at rest, whose rates are damped, and its target tension.
+    """Planar chain with the sprocket at rest, and its target tension: ``taut`` (N), or the rig's pre-tension.
 
-    That is ``taut`` (N), or the rig's pre-tension; the step is divided by ``divisor``. The loop begins without teeth
-    and with the rig's own ring.
+    It begins without teeth, with the rig's own ring; ``divisor`` divides its step.
     """
 
     def __init__(self, scene: Scene, divisor: float = 1, taut: float | None = None):
@@ -150,8 +145,8 @@ class TensionedLoop:
         state.rate[:] *= factor
         state.pin[2:] *= factor
         state.wheel_rate[:] *= factor
-        for name in ("rate", "rate_before"):
-            state.suspension[name] *= factor
+        state.suspension["rate"] *= factor
+        state.suspension["rate_before"] *= factor
 
     def rest(self, seconds: float) -> None:
         """Integrate for a time (s) with damping."""
@@ -161,17 +156,16 @@ class TensionedLoop:
     def engage_teeth(self, seconds: float) -> None:
         """Turn the sprocket to the angle of least penetration, then stiffen its teeth over a time (s)."""
         tooth = self.model.tooth._replace(present=1)
-        start = self.state.wheel_angle[SPROCKET]
         # from the angle with a groove under the middle connector to both sides
+        start = self.state.wheel_angle[SPROCKET]
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
         cost = [max(arc_depths(self.scene, self.model, self.work, angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
-        stiffness = tooth.law.stiffness
         chunks = round(seconds / CHUNK)
         for i in range(chunks):
-            law = tooth.law._replace(stiffness=stiffness * 10 ** (-4 * (1 - (i + 1) / chunks)))
+            law = tooth.law._replace(stiffness=tooth.law.stiffness * 10 ** (-4 * (1 - (i + 1) / chunks)))
             self.model = self.model._replace(tooth=tooth._replace(law=law))
             self.chunk()
 
@@ -193,7 +187,7 @@ class TensionedLoop:
         suspensions = suspensions._replace(preload=preloads(rig, suspensions, self.work, slide))
         self.model = self.model._replace(suspensions=suspensions)
         self.state = self.state._replace(suspension=np.zeros(len(slide), SUSPENSION))
-        self._samples = Integration(self.work, self._optional)
+        self._begin()
         self.rest(0.4)
 
     def equalize_strands(self) -> float:
@@ -238,8 +232,7 @@ class TensionedLoop:
 
     def _shift(self, shift: float) -> float:
         """Shift the tensioning wheel (m) within its travel, integrate a chunk, and return the actual shift."""
-        before = self.shift
-        longest = self.longest_shift
+        before, longest = self.shift, self.longest_shift
         self.shift = min(max(before + min(max(shift, -longest), longest), self.low), self.high)
         shift_tensioner(self.model, self.scene.rig, self.shift)
         self.chunk()
@@ -291,10 +284,7 @@ class TensionedLoop:
         return shift != 0.0
 
     def set_tension(self) -> bool:
-        """Move the wheel until the strand has the target tension at rest; return whether it does.
-
-        Raises as `come_to_rest`.
-        """
+        """Move the wheel until the strand has the target tension at rest; return whether it does."""
         self.reached = self.equalize_strands()
         for _ in range(MOST_SECANT_STEPS):
             if abs(self.reached - self.target) <= TOLERANCE * self.target:
@@ -307,25 +297,20 @@ class TensionedLoop:
         return False
 
     def refusal(self, least: tuple[float, float] | None = None) -> InputError:
-        """Return the error of a pre-tension that is not reached; ``least``: the tension (N) and shift (m) it exceeds.
-
-        Without ``least`` the pre-tension is above the largest tension of the strand.
-        """
+        """Return the error of a pre-tension above the largest tension of the strand, or its ``least`` (N; shift, m)."""
         tension, travel = self.scene.rig.tension, 1e3 * self.scene.rig.tension.travel
         reached, shift = least or (self.reached, self.shift)
         low, high = 1e3 * self.low, 1e3 * self.high
         position = f"with the {tension.wheel} shifted by {1e3 * shift:.4g} mm of tension.travel = {travel:.4g} mm"
-        if max(-low, high) < travel or min(-low, high) < travel:
+        if min(-low, high) < travel:
             position += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
         if least:
-            return InputError(
-                f"tension.pre_tension = {tension.pre_tension:g} N: must exceed {reached:.4g} N, the least tension of "
-                f"the strand onto the sprocket, {position}; {self.hanging:.4g} N of chain hang below it"
-            )
-        return InputError(
-            f"tension.pre_tension = {tension.pre_tension:g} N: cannot be reached; the strand has {reached:.4g} N "
-            f"{position}; change the pre-tension, enlarge the travel or move the wheels"
-        )
+            problem = f"must exceed {reached:.4g} N, the least tension of the strand onto the sprocket, {position}; "
+            problem += f"{self.hanging:.4g} N of chain hang below it"
+        else:
+            problem = f"cannot be reached; the strand has {reached:.4g} N {position}; "
+            problem += "change the pre-tension, enlarge the travel or move the wheels"
+        return InputError(f"tension.pre_tension = {tension.pre_tension:g} N: {problem}")
 
     def check_meshing(self) -> None:
         """Refuse (`InputError`) a loop at rest with an arc deeper in a tooth than elastic contact explains."""
@@ -346,17 +331,12 @@ def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarr
 
     The contact search (Eqs. 20 to 23) is limited to depths below r_C and would miss an arc deep inside a tooth.
     """
-    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
-    centres = np.column_stack([
-        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
-        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
-    ])  # fmt: skip
+    x, y = on_pin_line.py_func(work, model.shoes.arc_body, model.shoes.arc_x)
+    centres = np.column_stack([x - model.wheels.x[SPROCKET], y - model.wheels.y[SPROCKET]])
     return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
 
 
 def explained_depth(model: Model, tension: float) -> float:
     """Return the largest depth of elastic contact with a tooth at rest, m, that of an arc under `MOST_LOAD`."""
-    tooth = model.tooth
     load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
-    widest = float(tooth.radius.max()) + tooth.arc_radius
-    return elastic_depth(tooth.law, load, widest)
+    return elastic_depth(model.tooth.law, load, float(model.tooth.radius.max()) + model.tooth.arc_radius)

@@ -16,7 +16,7 @@ from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import Integration, refresh
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
-from trackdyn.model.constants import Model
+from trackdyn.model.constants import Drive, Model
 from trackdyn.scene.build import wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
@@ -28,10 +28,10 @@ from trackdyn.simulation.settling import SettledLoops, settle
 
 @typed
 class Loop:
-    """A chain on its wheels: ``scene``, ``layout`` (`Layout`) and state.
+    """A chain of ``n`` bodies on its wheels: ``scene``, ``layout`` (`Layout`) and state.
 
-    It has ``n`` bodies. ``model``, ``state`` and ``work`` are read-only views of the arrays of kernels
-    (`trackdyn.model`); ``arrays`` can be written to, unchecked.
+    ``model``, ``state`` and ``work`` are read-only views of the arrays of kernels (`trackdyn.model`); ``arrays`` can be
+    written to, unchecked.
 
     The loop of the scene is laid, tensioned and settled, or copied from ``starts``, loops that were settled before; the
     sprocket rests until the first step. Without ``scene.step`` the step follows the tension at which the loop settles:
@@ -100,11 +100,12 @@ class Loop:
         """Integrate for a time (s) in whole steps; call ``tick`` with the seconds of every chunk."""
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._exclusive():
-            remaining = round(seconds / self.arrays.model.step)
+            step = self.arrays.model.step
+            remaining = round(seconds / step)
             while remaining:
-                count = min(remaining, max(round(CHUNK / self.arrays.model.step), 1))
+                count = min(remaining, max(round(CHUNK / step), 1))
                 self.step(count)
-                tick(count * self.arrays.model.step)
+                tick(count * step)
                 remaining -= count
 
     def lead_in(self, tick: Callable[[float], object] = lambda seconds: None) -> None:
@@ -112,13 +113,9 @@ class Loop:
         self.advance(self.scene.ramp + self.scene.lead_in, tick)
 
     def record(
-        self,
-        seconds: float,
-        pitches: Sequence[int] = (),
-        frame_interval: float = 0.0,
-        contact_log: bool = True,
+        self, seconds: float, pitches: Sequence[int] = (), frame_interval: float = 0.0, contact_log: bool = True,
         every_link: bool = False,
-    ) -> Recording:
+    ) -> Recording:  # fmt: skip
         """Integrate for a time and record.
 
         Parameters
@@ -182,10 +179,10 @@ class Loop:
 
     @property
     def joint_forces(self) -> np.ndarray:
-        """(n, 2) force of body i on body i + 1 through the joint between them in the last step, N.
+        """(n, 2) force of body i on body i + 1 through the joint between them in the last step, N; the last: the cut.
 
-        It follows from Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that
-        step and the contacts of the present state, one step later.
+        It follows from Newton's law along the chain, with the accelerations of that step and the contacts of the
+        present state, one step later.
         """
         chain, work, sweep = self.arrays.model.chain, self.arrays.work, self.arrays.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
@@ -224,13 +221,12 @@ class Loop:
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed (rev/min) over a ramp of ``ramp`` s that is smooth at both ends."""
-        start = sprocket_rate(self.arrays.model.drive, self.time)
-        scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
-        scene.with_(step=self.model.step)  # refused where the step is too large for the speed
+        model, scene = self.arrays.model, self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
+        scene.with_(step=model.step)  # refused where the step is too large for the speed
         self.scene = scene
-        rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        drive = self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(start), begin=self.time)
-        self._show(self.arrays._replace(model=self.arrays.model._replace(drive=drive)))
+        start = float(sprocket_rate(model.drive, self.time))
+        drive = Drive(float(scene.sprocket_rate), float(scene.ramp), start, begin=self.time)
+        self._show(self.arrays._replace(model=model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line to ``shift`` (m) from its position in the rig.

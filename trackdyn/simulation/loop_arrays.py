@@ -40,14 +40,10 @@ class LoopArrays(NamedTuple):
 
 def read_only(arrays: LoopArrays) -> LoopArrays:
     """Return read-only views of a loop's arrays."""
-
-    def view(_: str, leaf: Any) -> Any:
-        if isinstance(leaf, np.ndarray):
-            leaf = leaf.view()
-            leaf.flags.writeable = False
-        return leaf
-
-    return tree_map(view, arrays)
+    views = tree_map(lambda _, leaf: leaf.view() if isinstance(leaf, np.ndarray) else leaf, arrays)
+    for leaf in flatten(views).values():
+        leaf.setflags(write=False)
+    return views
 
 
 def allocate(scene: Scene, step: float) -> LoopArrays:

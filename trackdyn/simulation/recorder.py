@@ -10,23 +10,13 @@ from trackdyn.inputs.memory import free_memory
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
+from trackdyn.simulation import step_check
 from trackdyn.simulation.brake import check_load
 from trackdyn.simulation.energy_balance import check_energy_balance, passed_pitches
 from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.signals import mean_square
-from trackdyn.simulation.step_check import (
-    DOUBTFUL_STEP_DIVISOR,
-    LONGEST_LEAD,
-    PIECE,
-    PIECE_PERIOD,
-    Alternation,
-    Resolution,
-    RunStatistics,
-    StepCheck,
-    explicit_fields,
-    run_statistics,
-)
+from trackdyn.simulation.step_check import DOUBTFUL_STEP_DIVISOR, Alternation, Resolution, RunStatistics
 
 COPIES = 2  # peak memory over that of the record: measures and the file need a copy
 BELT_FLOATS = 160  # per sample while a belt is recorded
@@ -91,16 +81,14 @@ class Recorder:
         capacity = scene.duration if capacity is None else min(capacity + CHUNK, scene.duration)
         check_memory(scene, capacity)
         self.done, self.begin, self.wall, self.checked = 0, loop.time, 0.0, checked
-        self.ended: list[np.ndarray] = []
-        self.alternating = np.zeros(2)
+        self.ended, self.alternating = list[np.ndarray](), np.zeros(2)
         loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
-        intervals = INTERVALS_A_CHUNK if scene.contact_log else 0
-        sizes = len(scene.sensors), scene.recorded_pitches, frames, stride, intervals
+        sizes = len(scene.sensors), scene.recorded_pitches, frames, stride, scene.contact_log * INTERVALS_A_CHUNK
         self.record = make_record(round(capacity * rate), loop.state, *sizes)
-        self.step_check = StepCheck(scene, loop.model.step)
+        self.step_check = step_check.StepCheck(scene, loop.model.step)
         if checked:
             self._begin_piece(origin)
 
@@ -153,26 +141,24 @@ class Recorder:
 
     def _begin_piece(self, origin=None) -> None:
         loop, log = self.loop.copy(), self.record.contact_log
-        near = origin is not None and self.begin - origin.time <= LONGEST_LEAD
+        near = origin is not None and self.begin - origin.time <= step_check.LONGEST_LEAD
         self._piece = Piece(
             loop, origin if near else loop, origin is not None,
             self.done, len(self.ended), self.alternating.copy(), (log.open.copy(), log.last.copy()),
         )  # fmt: skip
 
     def _check_step(self) -> None:
-        """Check a piece when it is over; raises `InputError` as `check_load`, then as `StepCheck.judge`.
-
-        Over a stopped wheel the chain slides, and no step resolves that.
-        """
+        """Check a piece when it is over; raises as `check_load`, then as `StepCheck.judge`."""
         piece = self._piece
         seconds = (self.done - piece.done) / self.scene.rig.rate
-        if piece.loop is not None and (seconds >= PIECE or self.finished):
+        if piece.loop is not None and (seconds >= step_check.PIECE or self.finished):
+            # over a stopped wheel the chain slides, and no step resolves that
             check_load(self.scene, self.record.samples.wheel_rate[: self.done])
             alternating = self.alternation(piece.done, piece.alternating)
             coarse = self.statistics(piece.done, piece.ended)
             self.step_check.judge(seconds, alternating, coarse, self._rerun, piece.first_of_run)
             self._piece = piece._replace(loop=None, origin=None)
-        if seconds >= PIECE_PERIOD and not self.finished:
+        if seconds >= step_check.PIECE_PERIOD and not self.finished:
             self._begin_piece()
 
     def _rerun(self, divisor: int) -> RunStatistics:
@@ -181,7 +167,7 @@ class Recorder:
         loop = piece.origin if divisor == DOUBTFUL_STEP_DIVISOR else piece.loop
         if self.loop.model.drive != loop.model.drive:
             raise InputError("the drive of the loop changed: the motion cannot be repeated")
-        fields = explicit_fields(scene) if divisor == 1 else {"step": loop.model.step / divisor}
+        fields = step_check.explicit_fields(scene) if divisor == 1 else {"step": loop.model.step / divisor}
         settled_anew = piece.first_of_run and loop.time == 0.0 and divisor == DOUBTFUL_STEP_DIVISOR
         finer = type(loop)(loop.scene.with_(**fields)) if settled_anew else loop.changed(**fields)
         finer.advance(piece.loop.time - loop.time)
@@ -221,13 +207,11 @@ class Recorder:
 
     def statistics(self, first: int = 0, ended: int = 0) -> RunStatistics:
         """Return the statistics of samples from ``first`` on and of contacts from the chunk ``ended`` on."""
-        return run_statistics(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
+        rows, model = slice(first, self.done), self.loop.model
+        return step_check.run_statistics(self.record, rows, self.ended[ended:], model, self.begin)
 
     def recording(self) -> Recording:
-        """Return the recording so far.
-
-        Raises `DivergenceError`: a number is not finite, or as `check_energy_balance`; `InputError` as `check_load`.
-        """
+        """Return the recording so far; raises as `check_energy_balance`, `check_load` and `Recording.checked`."""
         self._check_energy_balance()
         check_load(self.scene, self.record.samples.wheel_rate[: self.done])
         record, scene = self.record, self.scene.with_(step=self.loop.model.step)
@@ -237,13 +221,9 @@ class Recorder:
             rows = record.samples._make(array[: self.done] for array in record.samples)
             record = record._replace(samples=rows, frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
-        recording = Recording.of_record(
-            record,
-            rate,
-            contact_log=np.concatenate(self.ended or [np.zeros(0, CONTACT_INTERVAL)]),
-            begin=float(self.begin),
-            meta=provenance(scene, self.loop.layout) | {"resolved": self.resolution()._asdict()},
-            wall=self.wall,
-        )
+        contact_log = np.concatenate([np.zeros(0, CONTACT_INTERVAL), *self.ended])
+        meta = provenance(scene, self.loop.layout) | {"resolved": self.resolution()._asdict()}
+        begin = float(self.begin)
+        recording = Recording.of_record(record, rate, contact_log=contact_log, begin=begin, meta=meta, wall=self.wall)
         vars(recording)["scene"] = scene  # not built anew from its description
         return recording

@@ -88,10 +88,7 @@ class Recording(Samples):
 
     @classmethod
     def of_record(cls, record: Record, rate: float, **others: Any) -> "Recording":
-        """Return the recording of a filled record of ``rate`` samples per second; ``others`` are further fields.
-
-        Raises `DivergenceError` as `checked`.
-        """
+        """Return the `checked` recording of a filled record of ``rate`` samples per second; ``others``: more fields."""
         return cls(
             **record.samples._asdict(),
             time=np.arange(1, len(record.samples.gap) + 1) / rate,
@@ -153,9 +150,8 @@ class Recording(Samples):
             raise InputError(f"pitch = {shown(pitch)}: is not a pitch of this chain; 1 to {count} are")
         if pitch not in (recorded := self.pitches.tolist()):
             listed = f"{', '.join(map(str, recorded[:8]))}{', ...' * bool(recorded[8:])}" if recorded else "none"
-            remedy = (
-                "a belt has no contacts" if self.scene.chain == "belt" else f"run the scene with `pitches: {pitch}`"
-            )
+            belt = self.scene.chain == "belt"
+            remedy = "a belt has no contacts" if belt else f"run the scene with `pitches: {pitch}`"
             raise InputError(f"pitch = {shown(pitch)}: was not recorded; the recording has {listed}; {remedy}")
         return recorded.index(pitch)
 
@@ -165,7 +161,7 @@ class Recording(Samples):
         Parameters
         ----------
         pitches : sequence of int, or int, optional
-            Recorded pitches whose contacts are in the table; all of them by default, none if it is empty.
+            Recorded pitches whose contacts are in the table; by default all of them.
 
         Returns
         -------
@@ -221,10 +217,7 @@ class Recording(Samples):
         return self.scene.periods
 
     def checked(self) -> "Recording":
-        """Return this recording if its numbers are finite and at most `LARGEST`.
-
-        Raises `DivergenceError`, which names the first other array.
-        """
+        """Return this recording if its numbers are finite and at most `LARGEST`; raise `DivergenceError` otherwise."""
         for name in self.ARRAYS:
             values = getattr(self, name)
             array = np.asarray(values.view(float) if name == "contact_log" else values)
@@ -262,9 +255,10 @@ def sources_and_versions() -> tuple[str, dict[str, str]]:
 def provenance(scene: Scene, layout: Layout) -> dict:
     """Return the ``meta`` of a recording: scene, rig, layout, versions and the hash of the sources."""
     described, (sources, versions) = scene.describe(), sources_and_versions()
-    rig = described.pop("rig")
-    program = {"sources": sources, "versions": dict(versions), "python": platform.python_version()}
-    return {"scene": described, "rig": rig, "rig_name": scene.rig.name, "layout": layout.known(), **program}
+    return {
+        "rig": described.pop("rig"), "scene": described, "rig_name": scene.rig.name, "layout": layout.known(),
+        "sources": sources, "versions": dict(versions), "python": platform.python_version(),
+    }  # fmt: skip
 
 
 @typed

@@ -1,8 +1,4 @@
-"""Replay: repeat a short stretch of a run with the motion and the forces of every body.
-
-A recording has the arrays that measures need, mainly of the sensor's link. Positions, contact forces and joint forces
-of all bodies follow from its scene, run again; numbers in both are compared.
-"""
+"""Replay: repeat a short stretch of a run, with the motion and the forces of every body."""
 
 from dataclasses import dataclass
 from math import pi
@@ -69,17 +65,15 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     stride = max(1, round(seconds * rate / frames))
     frames = max(1, int(seconds * rate / stride + 1e-6))
     loop = Loop(scene)
-    begin, complete = recording.begin, True
-    if (begin - scene.ramp) / scene.time_step * scene.bodies > LEAD_COST:
-        begin, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
-    bar = {"disable": not progress, "unit": "s", "desc": "replaying",
-           "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
+    complete = (recording.begin - scene.ramp) / scene.time_step * scene.bodies <= LEAD_COST
+    begin = recording.begin if complete else scene.ramp + min(scene.lead_in, SHORT_LEAD)
     model, state = loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     record = make_record(frames * stride, state, len(model.sensors.body), range(1, pitches + 1))
     bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
     tension, contacts = np.zeros((frames, n)), []
-    with tqdm(total=begin + seconds + 1e-6, **bar) as progress_bar:
+    show = "replaying |{bar}| {n:.1f} of {total:.1f} s simulated"
+    with tqdm(total=begin + seconds + 1e-6, disable=not progress, bar_format=show) as progress_bar:
         loop.advance(begin, progress_bar.update)
         begin = loop.time
         for k in range(frames):
@@ -94,8 +88,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     first = turned[0] - scene.sprocket_rate * stride / rate
     moved = np.abs(turned - first) / (2 * pi) * model.tooth.teeth
     length = np.cumsum(model.chain.length)
-    joints = length / length[-1] * pitches
-    middles = (length - model.chain.length / 2) / length[-1] * pitches
+    joints, middles = (places / length[-1] * pitches for places in (length, length - model.chain.length / 2))
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
     rows, sensors = record.samples, len(model.sensors.body)
     both = min(len(rows.gap), len(recording.time))
@@ -103,8 +96,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     apart = np.array([distance, np.abs((rows.mean[:both] - recording.mean[:both, :sensors])[..., :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
-        (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begin,
-        apart if complete else None,
+        (joints + moved[:, None] - origin) % pitches, spans, record, begin, apart if complete else None,
     )  # fmt: skip
 
 
@@ -125,16 +117,14 @@ def _contacts(loop: Loop) -> np.ndarray:
 def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
     """Return `Replay.spans` and their origin along the loop: the first contact with the sprocket."""
     spans, origin = np.full((wheels, 2), np.nan), 0.0
+    bodies, touched = np.concatenate(contacts)[:, 7:].astype(int).T
+    along = (middles[bodies] + np.repeat(moved, [len(rows) for rows in contacts])) % pitches
     for wheel in range(wheels):
-        touched = [
-            (middles[places[:, 7].astype(int)] + way)[places[:, 8] == wheel]
-            for places, way in zip(contacts, moved, strict=True)
-        ]
-        ways = np.sort(np.concatenate(touched) % pitches)
+        ways = np.sort(along[touched == wheel])
         if len(ways):
             gaps = np.diff(np.append(ways, ways[0] + pitches))
-            begin = (np.argmax(gaps) + 1) % len(ways)
-            spans[wheel] = ways[begin], ways[begin] + pitches - gaps.max()
+            begin = ways[(np.argmax(gaps) + 1) % len(ways)]
+            spans[wheel] = begin, begin + pitches - gaps.max()
     if wheels and np.isfinite(spans[SPROCKET, 0]):
         origin = spans[SPROCKET, 0]
     begins = (spans[:, 0] - origin) % pitches

@@ -1,6 +1,7 @@
 """Check of a rig before a run: its loop, its step limits, and its unusual values."""
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from math import degrees, gcd, hypot, nan
 from pathlib import Path
 
@@ -119,15 +120,12 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     remarks = []
     if wraps["sprocket"] < SMALL_WRAP:
         remarks.append(f"the sprocket is wrapped by {wraps['sprocket']:.3g} deg only: few teeth share the load")
-    for name in names:
-        if name not in wraps:
-            remarks.append(f"the taut chain passes {name} by: only a sagging strand can lie on it")
-    circles = wheel_circles(rig, surface=True)
-    for i in range(1, len(names)):
-        for k in range(i + 1, len(names)):
-            if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
-                both = f"{names[i]} and {names[k]}"
-                remarks.append(f"{both} overlap in the side view: they must have different axial positions")
+    passed = [name for name in names if name not in wraps]
+    remarks += [f"the taut chain passes {name} by: only a sagging strand can lie on it" for name in passed]
+    wheels = list(zip(names, wheel_circles(rig, surface=True), strict=True))[1:]
+    for (one, a), (other, b) in combinations(wheels, 2):
+        if hypot(*(a[:2] - b[:2])) < a[2] + b[2]:
+            remarks.append(f"{one} and {other} overlap in the side view: they must have different axial positions")
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         remarks.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")

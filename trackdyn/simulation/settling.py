@@ -1,10 +1,8 @@
 """Settling: lay the loop on its wheels, tension it and bring it to rest.
 
-1. The chain is laid on its wheels and tensioned at rest, with the rig's own ring (`initial_tension`).
-2. Suspended wheels are released, and the ring changes to that of the scene; the tension is set again if the scene
-   requires it.
-3. The loop comes to rest. If it does not, settling is repeated with half the step.
-4. The scene's model takes the positions of wheels and suspensions; rates and energy balance become zero.
+The chain is tensioned at rest with the rig's own ring (`initial_tension`). A sprung tensioner is released, and the ring
+changes to that of the scene; the tension is set again if the scene requires it. If the loop does not come to rest,
+settling is repeated with half the step.
 """
 
 import copy
@@ -16,7 +14,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import version
 from math import nan
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -72,16 +69,13 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     settled = (loops or SettledLoops(capacity=0)).at_rest(scene.with_(load=0.0) if scene.load else scene)
     rig, tension = scene.rig, settled.tension()
     step = allowed_step(scene, scene.time_step, tension)
-    layout = Layout(float(settled.shift), settled.reached, tension)
-    suspensions, state = settled.model.suspensions, settled.state
-    if len(state.suspension):
-        check_stops(rig, suspensions, state.suspension)
-        if scene.tension == "sprung":
-            layout = layout._replace(
-                tensioner_slide_m=float(state.suspension["q"][suspensions.of_wheel[tensioner(rig)]])
-            )
-        for name in ("rate", "rate_before", "along_x", "along_y"):
-            state.suspension[name] = 0.0
+    suspensions, state, slide = settled.model.suspensions, settled.state, nan
+    check_stops(rig, suspensions, state.suspension)
+    if scene.tension == "sprung":
+        slide = float(state.suspension["q"][suspensions.of_wheel[tensioner(rig)]])
+    for name in ("rate", "rate_before", "along_x", "along_y"):
+        state.suspension[name] = 0.0
+    layout = Layout(float(settled.shift), settled.reached, tension, slide)
     centres = wheel_centres(rig, settled.model.wheels)
     check_overlap(rig, centres[:, :2])
     settled.scale_rates(0.0)
@@ -104,14 +98,12 @@ def tension_summary(scene: Scene, layout: Layout) -> str:
 class SettledLoops:
     """Cache of the last ``capacity`` settled loops, for a series of scenes; results are the same bytes as without.
 
-    Settling takes most of the time of a short scene. It does not depend on the speed and the recording options, and on
-    the ring only in its last quarter.
+    Settling does not depend on the speed and the recording options, and on the ring only in its last quarter.
     """
 
     def __init__(self, capacity: int = 8):
         self.capacity = capacity
-        self._tensioned: dict[str, TensionedLoop] = {}
-        self._settled: dict[str, TensionedLoop] = {}
+        self._tensioned, self._settled = dict[str, TensionedLoop](), dict[str, TensionedLoop]()
 
     def at_rest(self, scene: Scene) -> TensionedLoop:
         """Return the loop of a scene at rest, which the caller may change; see `HALVINGS`.
@@ -174,15 +166,10 @@ def _stored(scene: Scene, key: str, make: Callable[[], TensionedLoop]) -> Tensio
         return pickle.loads(zlib.decompress(kept(file) or b""))
     loop = make()
     keep_current(file, zlib.compress(pickle.dumps(loop), 1))
-    _remove_oldest(file.parent)
-    return loop
-
-
-def _remove_oldest(folder: Path) -> None:
-    """Remove all but the last `MOST_STORED` files of a folder."""
     with suppress(OSError):  # another process removes them, too
-        for file in sorted(folder.glob("*.loop"), key=lambda file: file.stat().st_mtime)[:-MOST_STORED]:
-            file.unlink()
+        for old in sorted(file.parent.glob("*.loop"), key=lambda file: file.stat().st_mtime)[:-MOST_STORED]:
+            old.unlink()
+    return loop
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:

@@ -16,7 +16,6 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
     Parameters
     ----------
     scene : Scene
-        Scene to run.
     progress : bool
         Show a progress bar with simulated time, speed and remaining time.
     starts : SettledLoops or None
@@ -31,21 +30,16 @@ def simulate(scene: Scene, progress: bool = False, starts: SettledLoops | None =
     DivergenceError
         A body leaves the physical range, or contacts are not resolved by the step.
     InputError
-        The recording does not fit into the memory.
+        The loop does not settle, or the recording does not fit into the memory.
     """
     check_memory(scene)
     if scene.chain == "belt":
         return belt_recording(scene)
     from tqdm import tqdm
 
-    bar = tqdm(
-        total=scene.ramp + scene.lead_in + scene.duration + 1e-6,  # sums of parts may round beyond it
-        disable=not progress,
-        unit="s",
-        desc=f"{scene.motor_rpm:g} rpm",
-        bar_format="{desc} |{bar}| {n:.1f} of {total:.1f} s simulated, {rate_noinv_fmt}, {remaining} left",
-    )
-    with bar:
+    total = scene.ramp + scene.lead_in + scene.duration + 1e-6  # sums of parts may round beyond it
+    show = "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated, {rate_noinv_fmt}, {remaining} left"
+    with tqdm(total=total, disable=not progress, unit="s", desc=f"{scene.motor_rpm:g} rpm", bar_format=show) as bar:
         loop = Loop(scene, starts)
         origin = loop.copy()
         loop.copy().advance(1.0 / scene.rig.rate)  # settling and compilation are over

@@ -1,11 +1,10 @@
 """Step check: chatter and isolated peaks make a record doubtful, a repeated piece with a finer step decides.
 
-If a contact is too stiff for the step, its force alternates from one step to the next. The motion of all bodies is
-checked (`integrate.run`), so that a few pitches on the sprocket reveal it, long before the sensor's link has made a
-turn of the loop. A peak force of a single step is not resolved, either (`integrate.contact_log`), and a record shorter
-than a turn of the loop is doubtful for its length. The error itself is measured by a run with a finer step
-(`StepCheck`). Every comparison of two steps of a run uses the bounds of this module. The energy balance reveals a step
-that is too large, too (`energy_balance.check_energy_balance`).
+If a contact is too stiff for the step, its force alternates from one step to the next; the motion of all bodies
+reveals it (`integrate.run`), long before the sensor's link has made a turn of the loop. A peak force of a single step
+is not resolved, either (`integrate.contact_log`), and a record shorter than a turn of the loop is doubtful for its
+length. The error is measured by a run with a finer step (`StepCheck`). Every comparison of two steps of a run uses the
+bounds of this module.
 """
 
 from collections.abc import Callable
@@ -73,26 +72,16 @@ class RunStatistics(NamedTuple):
         """Largest of the ``shares`` of loaded sides."""
         return float(self.shares[_loaded(self.peaks)].max(initial=0.0))
 
-    @property
-    def doubtful_peaks(self) -> bool:
-        """True if peaks of a single step exceed `ONE_STEP` of the mean peak of a loaded side."""
-        return self.isolated > ONE_STEP
-
     def doubtful(self, side: str) -> bool:
         """Return whether peaks of a single step exceed `ONE_STEP` of the mean peak of a side."""
         return bool(self.shares[SIDES.index(side)] > ONE_STEP)
 
     def difference(self, finer: "RunStatistics") -> Difference:
-        """Return the difference from a run with a finer step.
-
-        Peaks are compared by their sums over the same pitches: a grazing contact changes the mean over the contacts,
-        but hardly their sum.
-        """
+        """Return the difference from a run with a finer step."""
+        # sums of peaks over the same pitches: a grazing contact changes the mean over the contacts, hardly the sum
         loaded, moving = _loaded(finer.peaks), finer.rms > 0
-        return Difference(
-            float(np.abs(self.rms[moving] / finer.rms[moving] - 1).max(initial=0.0)),
-            float(np.abs(self.peaks[loaded] / finer.peaks[loaded] - 1).max(initial=0.0)),
-        )
+        pairs = (self.rms[moving], finer.rms[moving]), (self.peaks[loaded], finer.peaks[loaded])
+        return Difference(*(float(np.abs(coarse / fine - 1).max(initial=0.0)) for coarse, fine in pairs))
 
 
 def _loaded(peaks):
@@ -118,7 +107,7 @@ def doubt(alternating: Alternation, statistics: RunStatistics | None = None) -> 
         return ""
     if alternating.share > DOUBTFUL_SHARE:
         return f"contacts chatter: {alternating.share:.2g} of the sensor's mean square alternates from step to step"
-    if statistics and statistics.doubtful_peaks:
+    if statistics and statistics.isolated > ONE_STEP:
         return f"{statistics.isolated:.0%} of the mean peak are forces of a single step"
     return ""
 
@@ -188,9 +177,6 @@ def explicit_fields(scene) -> dict[str, Any]:
     return {"integrator": other.integrator, "step": min(scene.time_step, other.time_step)}
 
 
-Rerun = Callable[[int], RunStatistics]
-
-
 class StepCheck:
     """Check of the step (s) of a record in its first `PIECE`, and in one `PIECE` of every `PIECE_PERIOD`.
 
@@ -202,8 +188,9 @@ class StepCheck:
         self._damped = METHODS[scene.integrator].linearly_implicit
 
     def judge(
-        self, seconds: float, alternating: Alternation, coarse: RunStatistics, rerun: Rerun, first: bool = False
-    ) -> None:
+        self, seconds: float, alternating: Alternation, coarse: RunStatistics, rerun: Callable[[int], RunStatistics],
+        first: bool = False,
+    ) -> None:  # fmt: skip
         """Check a piece of ``seconds``, which may be the ``first`` of a run.
 
         ``rerun`` returns the statistics of the piece with the step divided by its argument: `DOUBTFUL_STEP_DIVISOR`
