@@ -27,14 +27,6 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
     chain by ``a``. Pins turn freely: bushings add nothing within a few steps. The halves of the chain are reduced to
     masses at the body's pins, from the far end on as the sweep of Eqs. 2 to 5 does.
     """
-    fraction, lever = along / chain.length[body], arm / chain.length[body]
-    weights, spin = np.array([1.0 - fraction, fraction]), np.array([lever, -lever])
-    pins = _mobility_of_pins(chain, body)
-    return float(weights @ pins @ weights), float(2 * weights @ pins @ spin), float(spin @ pins @ spin)
-
-
-def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
-    """Return (2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
     share, spin = chain.com_x / chain.length, chain.inertia / chain.length**2
     rest, mass = 1.0 - share, chain.mass
     # entries 00, 01 and 11 of every body's mass matrix over the velocities of its pins across itself, kg
@@ -48,7 +40,10 @@ def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
         k = (body - i) % n
         behind = last[k] - both[k] ** 2 / (first[k] + behind)
     own = np.array([[first[body], both[body]], [both[body], last[body]]])
-    return np.linalg.inv(own + np.diag([behind, ahead]))
+    pins = np.linalg.inv(own + np.diag([behind, ahead]))  # (2, 2) accelerations of the pins by a unit force at each
+    fraction, lever = along / chain.length[body], arm / chain.length[body]
+    weights, turn = np.array([1.0 - fraction, fraction]), np.array([lever, -lever])
+    return float(weights @ pins @ weights), float(2 * weights @ pins @ turn), float(turn @ pins @ turn)
 
 
 FRICTION = {"none": constants.TANGENTIAL, "tangential": constants.TANGENTIAL, "independent": constants.INDEPENDENT}
@@ -226,11 +221,9 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
 def build_model(scene) -> Model:
     """Build the model of a scene, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
-    toothed = scene.tooth_contact != "none"
+    toothed, hysteretic = scene.tooth_contact != "none", scene.bushing_law == "hysteretic"
     groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's without tooth contact
-    shoes = build_shoes(rig, scene.chain)
-    hysteretic = scene.bushing_law == "hysteretic"
-    chain = build_chain(rig, scene.chain, not hysteretic)
+    shoes, chain = build_shoes(rig, scene.chain), build_chain(rig, scene.chain, not hysteretic)
     maxwell = constants.NO_MAXWELL
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = maxwell_elements(rig.bushing.loss_factor)
@@ -238,8 +231,8 @@ def build_model(scene) -> Model:
     tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
-        arc, at = shoes.arc_body, shoes.arc_x
-        slip = [mobility_of_slip(chain, arc[side], at[side], tooth.arc_radius) for side in range(2)]
+        sides = zip(shoes.arc_body[:2], shoes.arc_x[:2], strict=True)
+        slip = [mobility_of_slip(chain, body, at, tooth.arc_radius) for body, at in sides]
         tooth = tooth._replace(mobility=slip[0][0], slip=np.array(slip))
         wheels = wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
     c, drive = rig.closure, Drive(float(scene.sprocket_rate), float(scene.ramp))
@@ -251,11 +244,6 @@ def build_model(scene) -> Model:
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         maxwell=maxwell, suspensions=suspensions_of([], len(wheels.x)),
     )  # fmt: skip
-
-
-# fields of a suspension, and those that are integers
-ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
-INTEGER = {"wheel": int, "arm": int}
 
 
 def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> constants.Suspensions:
@@ -270,26 +258,27 @@ def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> cons
         if suspension is None:
             continue
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        row = {"wheel": k, "damping": suspension.damping, "stiffness": suspension.stiffness}
         if isinstance(suspension, Arm):
             dx, dy, travel = x - suspension.x, y - suspension.y, radians(suspension.travel)
-            row |= {"arm": 1, "x": suspension.x, "y": suspension.y, "along_x": -dy, "along_y": dx, "low": -travel}
+            row = {"arm": 1, "x": suspension.x, "y": suspension.y, "along_x": -dy, "along_y": dx, "low": -travel}
             row |= {"mass": suspension.mass * (dx**2 + dy**2), "weight": suspension.mass * rig.gravity, "high": travel}
         else:
             direction, at = radians(suspension.direction), shift if tensions else 0.0
-            row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
-            row |= {"mass": suspension.mass, "weight": 0.0}
+            row = {"x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction), "mass": suspension.mass}
             row |= {"low": -suspension.travel - at, "high": suspension.travel - at}
-        rows.append(row)
+        rows.append(row | {"wheel": k, "damping": suspension.damping, "stiffness": suspension.stiffness})
     return suspensions_of(rows, len(model.wheels.x))
 
 
 def suspensions_of(rows: list[dict], wheels: int) -> constants.Suspensions:
     """Return suspensions from a row of fields each, without preload."""
-    columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
-    of_wheel = np.full(wheels, -1)
-    of_wheel[columns["wheel"]] = np.arange(len(rows))
-    return constants.Suspensions(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
+    columns = {
+        name: np.array([row.get(name, 0.0) for row in rows], int if name in ("wheel", "arm") else float)
+        for name in constants.Suspensions._fields
+    }
+    columns["of_wheel"] = np.full(wheels, -1)
+    columns["of_wheel"][columns["wheel"]] = np.arange(len(rows))
+    return constants.Suspensions(**columns)
 
 
 def preloads(rig: Rig, suspensions: constants.Suspensions, work: Work, q: np.ndarray) -> np.ndarray:

@@ -40,7 +40,14 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
 def least_ring(rig: Rig) -> float:
     """Return the radius up to which the arcs of seated connectors bear the chain, m: a smaller ring carries nothing."""
-    return max(rig.sprocket.equal_pitch_radius - _seat_depth(rig), Scene.ring_range(rig)[0])
+    half, arc, groove = rig.connector_length / 2, rig.chain.connector_radius, rig.groove_profile
+    height = (rig.pin_circle**2 - half**2) ** 0.5
+    free, steel = -arc, arc  # depths below the pin circle, by bisection that at which the arcs rest in their groove
+    while steel - free > 1e-9:
+        middle = (free + steel) / 2
+        touches = true_depth(groove, arc, np.array([[-half, height - middle]]))[0] > 0
+        free, steel = (free, middle) if touches else (middle, steel)
+    return max(rig.sprocket.equal_pitch_radius - free, Scene.ring_range(rig)[0])
 
 
 def study_radii(rig: Rig, count: int = 11) -> list[float]:
@@ -50,18 +57,6 @@ def study_radii(rig: Rig, count: int = 11) -> list[float]:
     grid = 10.0**digits
     inside = np.linspace(ceil(least * grid), floor(largest * grid), count)
     return (np.round(inside) / grid).round(digits).tolist()
-
-
-def _seat_depth(rig: Rig) -> float:
-    """Return the depth below the pin circle at which the arcs of a connector rest in its groove, m, by bisection."""
-    half, arc, groove = rig.connector_length / 2, rig.chain.connector_radius, rig.groove_profile
-    height = (rig.pin_circle**2 - half**2) ** 0.5
-    free, steel = -arc, arc
-    while steel - free > 1e-9:
-        middle = (free + steel) / 2
-        touches = true_depth(groove, arc, np.array([[-half, height - middle]]))[0] > 0
-        free, steel = (free, middle) if touches else (middle, steel)
-    return free
 
 
 def _tightened(rig: Rig, start: float) -> float:

@@ -49,6 +49,10 @@ def _flag(value: Any) -> Any:
     return bool(value)
 
 
+def _whole(number: float) -> bool:
+    return abs(number - round(number)) <= 1e-6
+
+
 class Periods(NamedTuple):
     """Periods of a loop at a constant speed, s; NaN at rest."""
 
@@ -119,10 +123,9 @@ class Scene(Choices):
         self._check_times()
         check_choices(self)
         self._check_loop()
-        steps = (self.lead_in + self.ramp + self.duration) / self.time_step
+        steps, most = (self.lead_in + self.ramp + self.duration) / self.time_step, f"{MOST_STEPS:.0g}"
         if steps > MOST_STEPS:
-            remedy = f"a run may have at most {MOST_STEPS:.0g}"
-            raise InputError(f"scene: step = {self.time_step}: makes {steps:.2g} steps; {remedy}")
+            raise InputError(f"scene: step = {self.time_step}: makes {steps:.2g} steps; a run may have at most {most}")
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -139,18 +142,13 @@ class Scene(Choices):
             value = getattr(self, field)
             if not least <= value <= most:
                 self._refuse(field, f"must be between {least:g} and {most:g} {unit}")
-        step = self.step
-        if step is not None and not (
-            LEAST_STEP <= step <= sample * (1 + 1e-6) and abs(sample / step - round(sample / step)) <= 1e-6
-        ):
-            self._refuse(
-                "step",
-                f"must divide the sample interval, {sample} s, and be at least {LEAST_STEP:g} s, such as "
-                f"{round_step(step if LEAST_STEP < step < sample else sample / 20, sample):.7g} s",
-            )
+        step = sample if self.step is None else self.step
+        if not (LEAST_STEP <= step <= sample * (1 + 1e-6) and _whole(sample / step)):
+            close = round_step(step if LEAST_STEP < step < sample else sample / 20, sample)
+            remedy = f"must divide the sample interval, {sample} s, and be at least {LEAST_STEP:g} s"
+            self._refuse("step", f"{remedy}, such as {close:.7g} s")
         between = self.frame_interval / sample
-        regular = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
-        if self.frame_interval and not regular:
+        if between and not (between > 0.5 and self.frame_interval <= self.duration and _whole(between)):
             remedy = f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration"
             self._refuse("frame_interval", remedy)
 

@@ -89,8 +89,6 @@ def settling_step(scene, tension: float, longest: float = inf) -> float:
     return round_step(step, 1.0 / scene.rig.rate)
 
 
-# -- limits ------------------------------------------------------------------------------------------------------------
-
 # Load over the static one of a pitch at which stiffness is taken: forces reach 1.6 times the static load with the
 # reference ring, only touch-down spikes of less than a millisecond twice. Runs are then stable to about 1.4 times the
 # limit, which is computed again at the tension of the settled loop.
@@ -149,7 +147,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     sliding = FRICTION_LEEWAY if method.staggered and model.space is None else 1.0
     if isinf(oscillation):
         return limits
-    chain, tooth, wheels = model.chain, model.tooth, model.wheels
+    chain, tooth, wheels, closure = model.chain, model.tooth, model.wheels, model.closure
     link = float(chain.mass[0])
     at_pin = sum(1 / _yield_at_end(chain, i) for i in (0, 1))  # a force at a pin moves both bodies that meet there
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
@@ -174,19 +172,11 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
             limits[f"shear stiffness of the {name}"] = oscillation * sqrt(link / law.shear_stiffness)
         else:
             limits[f"friction of the {name}"] = friction(law, link, bears)
-    return limits | _joint_limits(model, method)
-
-
-def _joint_limits(model, method: Method) -> dict[str, float]:
-    """Return step limits of bushings and a compliant cut, s."""
-    chain, closure = model.chain, model.closure
-    limits, oscillation, decay = dict[str, float](), method.oscillation, method.decay
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends, whose
         # Maxwell elements are stiffest when they have no time to relax
-        inertia = float(min(chain.inertia))
         stiffness = chain.stiffness + float(model.maxwell.stiffness.sum())
-        limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
+        limits["stiffness of the bushing"] = oscillation * sqrt(float(min(chain.inertia)) / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the motion of the pin between them
         (a, b), (first, second) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
