@@ -18,5 +18,4 @@ rule claims:
         rpm=CONFIG.meshing.speed_rpm,
         rounded=CONFIG.rounded_speeds,
         rig=Path(CONFIG.rig).stem,
-    log: f"{R}/logs/claims.log"
     script: "../trackdyn_replication/report/claims.py"

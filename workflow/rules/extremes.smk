@@ -6,7 +6,6 @@ rule extremes_part:
     output: f"{R}/extremes/{{family}}.csv"
     params: study=CONFIG.studies.extremes.model_dump()
     priority: 30
-    log: f"{R}/logs/extremes/{{family}}.log"
     message: "Extremes: {wildcards.family}"
     script: "../trackdyn_replication/study/extremes/run.py"
 
@@ -23,5 +22,4 @@ rule extremes:
         solvers=figure("extremes_solvers"),
         stability=figure("extremes_stability"),
     params: study=CONFIG.studies.extremes.model_dump()
-    log: f"{R}/logs/extremes.log"
     script: "../trackdyn_replication/report/figures/extremes.py"

@@ -64,10 +64,15 @@ def make_missing(wildcards, reader):
 def follow_contents():
     """Rerun jobs whose files have other content, whatever their dates, and make missing results.
 
-    A record copied from a card is older than results. A rule without a message has its docstring for one.
+    A record copied from a card is older than results. A rule without a message has its docstring for one, a rule without
+    a log one of its name and wildcards.
     """
     for reader in workflow.rules:
         reader.message = reader.message or reader.docstring
+        if reader.output and not reader.log:
+            wildcards = (f"{{{name}}}" for name in sorted(reader.wildcard_names))
+            reader.log_modifier = reader.output_modifier
+            reader.set_log(f"{R}/logs/{'/'.join([reader.name, *wildcards])}.log")
         if reader.output and "contents" not in reader.params.keys():
             reader.set_params(contents=partial(contents, reader=reader))
             reader.set_input(partial(make_missing, reader=reader))

@@ -12,7 +12,6 @@ rule peer_runs:
         model=f"{R}/peers/model.json",
     params: options=CONFIG.peers.model_dump()
     priority: 50 # the longest job: it begins early
-    log: f"{R}/logs/peer_runs.log"
     script: "../trackdyn_replication/peers/comparison.py"
 
 
@@ -25,5 +24,4 @@ rule peer:
         table=f"{R}/tables/table2.csv",
         figure13=figure("fig13"),
         figure14=figure("fig14"),
-    log: f"{R}/logs/peer.log"
     script: "../trackdyn_replication/report/figures/peer.py"

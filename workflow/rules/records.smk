@@ -17,7 +17,6 @@ rule measure:
     output: csv=f"{R}/measured/{{kind}}.csv"
     params: runs=lambda wildcards: RUNS[wildcards.kind]
     wildcard_constraints: kind="records|ring"
-    log: f"{R}/logs/measure/{{kind}}.log"
     message: "Measuring {output.csv}"
     script: "../trackdyn_replication/pipeline/metrics.py"
 
@@ -31,7 +30,6 @@ rule metrics:
         csv=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
     params: runs=RUNS["meshing"]
-    log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"
     script: "../trackdyn_replication/pipeline/metrics.py"
 
@@ -42,7 +40,6 @@ rule parameters:
     output:
         csv=f"{R}/tables/parameters.csv",
         groove=f"{R}/tables/table1.csv",
-    log: f"{R}/logs/parameters.log"
     script: "../trackdyn_replication/report/parameters.py"
 
 
@@ -59,7 +56,6 @@ rule sensor_records:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
     priority: 100 # a fault of a record is reported before anything is simulated
-    log: f"{R}/logs/sensor_records.log"
     script: "../trackdyn_replication/report/sensor_records.py"
 
 
@@ -76,7 +72,6 @@ rule statistics:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
-    log: f"{R}/logs/statistics.log"
     script: "../trackdyn_replication/report/record_tables.py"
 
 
@@ -85,7 +80,6 @@ rule closure:
     input: recordings=[recording(run) for run in SPEEDS]
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
-    log: f"{R}/logs/fig15.log"
     script: "../trackdyn_replication/report/figures/closure.py"
 
 
@@ -103,7 +97,6 @@ rule sensor_figures:
     params:
         speeds=CONFIG.rounded_speeds,
         synthetic=CONFIG.synthetic,
-    log: f"{R}/logs/fig17_18.log"
     script: "../trackdyn_replication/report/figures/records.py"
 
 

@@ -19,7 +19,6 @@ rule animation_run:
     input: rig=CONFIG.rig, kernels=KERNELS
     output: recording("animation")
     params: scenes=[MOVING]
-    log: f"{R}/logs/animation_run.log"
     script: "../trackdyn_replication/pipeline/runs.py"
 
 
@@ -27,7 +26,6 @@ rule animation:
     """One turn of the sprocket as a GIF."""
     input: ring=rules.animation_run.output[0]
     output: f"{R}/figures/animation.gif"
-    log: f"{R}/logs/animation.log"
     script: "../trackdyn_replication/report/figures/animation.py"
 
 
@@ -58,7 +56,6 @@ rule page:
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
         teeth=RIG.sprocket.teeth,
-    log: f"{R}/logs/page.log"
     script: "../trackdyn_replication/report/page/builder.py"
 
 
@@ -81,7 +78,6 @@ rule manifest:
             )
             for name, scene in SCENES.items()
         },
-    log: f"{R}/logs/manifest.log"
     script: "../trackdyn_replication/certify.py"
 
 

@@ -7,7 +7,6 @@ rule meshing_figures:
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
-    log: f"{R}/logs/meshing_figures.log"
     script: "../trackdyn_replication/report/figures/screenshots.py"
 
 
@@ -17,7 +16,6 @@ rule ring_figures:
         metrics=f"{R}/measured/ring.csv",
         grips=[GRIPS["ring"]] if CONFIG.is_paper else [],
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24", *(["creep"] if CONFIG.is_paper else []))}
-    log: f"{R}/logs/ring_figures.log"
     script: "../trackdyn_replication/report/figures/ring_study.py"
 
 
@@ -27,7 +25,6 @@ rule grip_figure:
         table=GRIP,
         rig="trackdyn/rigs/paper.yaml",
     output: figure("grip")
-    log: f"{R}/logs/grip_figure.log"
     script: "../trackdyn_replication/report/figures/grip.py"
 
 

@@ -5,5 +5,4 @@ rule schematics:
     """Every schematic figure, drawn from the rig in seconds."""
     input: rig=CONFIG.rig
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
-    log: f"{R}/logs/schematics.log"
     script: "../trackdyn_replication/report/figures/schematics.py"

@@ -14,7 +14,6 @@ rule warm_up:
     input: rig=CONFIG.rig
     output: KERNELS
     params: scenes=[compiling("semi_implicit")]
-    log: f"{R}/logs/warm_up.log"
     script: "../trackdyn_replication/pipeline/runs.py"
 
 
@@ -25,7 +24,6 @@ use rule warm_up as warm_up_method with:
     output: method_kernels("{method}")
     params: scenes=lambda wildcards: [compiling(wildcards.method)]
     wildcard_constraints: method="linearly_implicit|rk4|spatial"
-    log: f"{R}/logs/warm_up/{{method}}.log"
     message: "Compiling the kernels of {wildcards.method}"
 
 
@@ -40,7 +38,6 @@ rule simulate:
     output: recording("{run}")
     # fields of the scene: a change in the configuration reruns only the runs it touches
     params: scenes=scenes_of(["{run}"])
-    log: f"{R}/logs/simulate/{{run}}.log"
     message: "Simulating {wildcards.run}"
     script: "../trackdyn_replication/pipeline/runs.py"
 
@@ -55,6 +52,5 @@ rule ring_runs:
     params:
         scenes=scenes_of(OF_A_SPEED),
         stop_rule=CONFIG.stop_rule.model_dump(),
-    log: f"{R}/logs/ring/{{rpm}}rpm.log"
     message: "The ring study: {wildcards.rpm} rpm"
     script: "../trackdyn_replication/pipeline/runs.py"

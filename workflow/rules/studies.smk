@@ -13,7 +13,6 @@ rule fidelity_setting:
         stop_rule=CONFIG.stop_rule.model_dump(),
     wildcard_constraints: setting=r"[\w.]+=[\w.-]+"
     priority: 40
-    log: f"{R}/logs/fidelity/{{setting}}.log"
     message: "The ladder of fidelities: {wildcards.setting}"
     script: "../trackdyn_replication/study/accuracy/ladder.py"
 
@@ -24,7 +23,6 @@ rule fidelity:
     output:
         csv=f"{R}/fidelity.csv",
         wide=f"{R}/tables/fidelity.csv",
-    log: f"{R}/logs/fidelity.log"
     script: "../trackdyn_replication/report/fidelity.py"
 
 
@@ -36,7 +34,6 @@ rule trade_scene:
     output: f"{R}/trade/trade_{{scenes}}.csv"
     params: study=CONFIG.studies.trade.model_dump()
     priority: 40 # data, promises and the study wait for it
-    log: f"{R}/logs/trade/{{scenes}}.log"
     message: "Accuracy against cost: {wildcards.scenes}"
     script: "../trackdyn_replication/study/accuracy/trade.py"
 
@@ -47,7 +44,6 @@ rule trade_promises:
     output: f"{R}/trade/promises_{{scenes}}.csv"
     params: study=CONFIG.studies.trade.model_dump()
     priority: 40
-    log: f"{R}/logs/trade/promises_{{scenes}}.log"
     message: "The planner: {wildcards.scenes}"
     script: "../trackdyn_replication/study/accuracy/promises.py"
 
@@ -61,7 +57,6 @@ rule trade:
         csv=f"{R}/trade.csv",
         planner=f"{R}/planner.csv",
         figure=figure("trade"),
-    log: f"{R}/logs/trade.log"
     script: "../trackdyn_replication/report/figures/trade.py"
 
 
@@ -71,5 +66,4 @@ rule default_step:
         rigs=sorted(str(path.relative_to(ROOT)) for path in (ROOT / "trackdyn" / "rigs").glob("*.yaml")),
         kernels=KERNELS,
     output: rows=f"{R}/default_step.csv", table=f"{R}/step_errors.csv"
-    log: f"{R}/logs/default_step.log"
     script: "../trackdyn_replication/study/accuracy/default_step.py"
