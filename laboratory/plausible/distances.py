@@ -1,9 +1,7 @@
 """Residuals of a rig: distances of its row from the printed numbers and from the sentences of a search.
 
 A residual of size 1 is at the bound of its claim (config/claims.yaml). Beyond it grows by the inverse hyperbolic sine,
-so that a number that is far off still pulls, and pulls no other one away. Not asked for are sentences 5,
-8, 16 and 20: both arcs at once, only the left one at the end, growth of all forces with the speed, and a force of the
-left arc that no radius changes.
+so that a number that is far off still pulls, and pulls no other one away. Sentences 5, 8, 16 and 20 are not asked for.
 """
 
 from collections.abc import Mapping
@@ -40,10 +38,7 @@ def at_most(value: float, bound: float, unit: float) -> float:
 
 
 def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
-    """Return residuals of a start by name: a fixed set for the scenes of a search.
-
-    ``values`` are those of a start by the name of the scene (`rows.scene_name`).
-    """
+    """Return residuals of a start by name: a fixed set for the scenes of a search."""
     bare, ringed = (values[scene_name(config.speed_rpm, ring)] for ring in (None, config.ring_radius_m))
     residual: dict[str, float] = {}
     for case, scene, ring in (("no ring", bare, False), ("ring", ringed, True)):
@@ -51,7 +46,8 @@ def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
             residual[f"{case}: {side} share"] = bounded(scene[f"{side}_share_pct"] - share, POINTS)
         times = TIMES[ring] | {f"{side} {MAXIMUM}": at for side, at in MAXIMA[ring].items()}
         for event, at in times.items():
-            residual[f"{case}: {event}"] = _late(scene, event, at)
+            time = scene.get(f"event {event}")
+            residual[f"{case}: {event}"] = MISSING if time is None else bounded(time - at, SECONDS)
         residual[f"{case}: left areas"] = bounded(scene["left_outside_pct"], OTHER_AREAS)
     residual["no ring: right areas"] = bounded(bare["right_outside_pct"], OTHER_AREAS)
     residual["ring: left early"] = bounded(ringed["left_early_pct"], OTHER_AREAS)
@@ -62,20 +58,13 @@ def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
     return residual | _by_radius(config, values) | _by_speed(config, values)
 
 
-def _late(scene: Mapping, event: str, at: float) -> float:
-    time = scene.get(f"event {event}")
-    return MISSING if time is None else bounded(time - at, SECONDS)
-
-
 def _by_radius(config: PlausibleConfig, values: Values) -> dict[str, float]:
     residual = {}
     for rpm, radii in config.search.radii_m.items():
-        for smaller, larger in pairwise(radius for radius in radii if radius is not None):
+        for smaller, larger in pairwise(filter(None, radii)):
             less, more = (values[scene_name(rpm, radius)]["ring_rms_n"] for radius in (smaller, larger))
             residual[f"sentence: ring {rpm:g} {larger:g}"] = at_most(-more / max(less, 1.0), -FALL, 0.05)
-        for radius in radii:
-            if radius is None:
-                continue
+        for radius in filter(None, radii):
             scene = values[scene_name(rpm, radius)]
             if radius >= THRESHOLD:
                 residual[f"right: {rpm:g} {radius:g}"] = at_most(scene["right_share_pct"], FREE, FREE)

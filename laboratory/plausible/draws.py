@@ -56,8 +56,8 @@ def rigs_of(config: PlausibleConfig, draws: Iterable[int]) -> dict[int, Rig]:
 def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]:
     """Move the tip slope as far along the slopes with which the groove closes as it is along its range.
 
-    A steep tip needs more room than some grooves have. The largest slope that can be cut is bracketed by halving; where
-    it lies below the range, slopes begin at that of the seat.
+    A steep tip needs more room than some grooves have. Where the largest slope that can be cut lies below the range,
+    slopes begin at that of the seat.
     """
     unknown = next(unknown for unknown in unknowns.unknowns if unknown.label == TIP)
 
@@ -97,10 +97,7 @@ def scenes(config: PlausibleConfig) -> list[list]:
 def run_rigs(
     config: PlausibleConfig, rigs: Sequence[Rig | None], rig_scenes: list[list], jobs: int, store: Path | str
 ) -> list[dict]:
-    """Return the rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
-
-    None in place of a rig gives a refused row.
-    """
+    """Return the rows (`rows.run_rig`) of rigs, refused ones for None; a stored row is not computed again."""
     content = {"scenes": rig_scenes, "fields": config.scene, "row": config.row.model_dump()}
     tasks = [None if rig is None else content | {"rig": rig.model_dump()} for rig in rigs]
     keys = ["" if task is None else key_of(task, SOURCES) for task in tasks]
@@ -115,8 +112,7 @@ def neighbours(config: PlausibleConfig) -> list[Rig]:
     table = parameter_table(config.near.rig)
     drawn = {name for unknown in config.unknowns for name in unknown.names}
     moved = (table["kind"] == "fitted") | table["name"].isin(drawn)
-    values = table[moved & pd.to_numeric(table["value"], errors="coerce").notna()].set_index("name")["value"]
-    values = values.astype(float)
+    values = pd.to_numeric(table.set_index("name")["value"][moved.to_numpy()], errors="coerce").dropna()
     # equal pitch moves by the rounding of its printed value, all others by a share of themselves
     shares = np.where(values.index == EQUAL_PITCH, config.near.equal_pitch_m / values, config.near.share)
     rig = load_rig(config.near.rig)

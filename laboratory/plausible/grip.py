@@ -21,16 +21,15 @@ from trackdyn.inputs.files import write_csv
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.paper.finding import LAW, OWN
 
 # conclusion 3 and the plateau of sentence 21, as config/claims.yaml judges them (C23a, C25)
 FREE_FROM, PLATEAU_FROM, PLATEAU = 0.305, 0.307, (8.0, 12.0)  # m, m, % of a turn
-SETTING = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
 
 
 def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
-    """Yield laws of friction that differ in one value: the `SETTING` of each, and its changes of a rig."""
-    law, static = friction.law, friction.friction
-    name = {"none": None, "regularised": "transition_velocity", "dahl": "shear_stiffness"}[law]
+    """Yield laws of friction that differ in one value: columns (`LAW`) of each, and its changes of a rig."""
+    law, static, name = friction.law, friction.friction, OWN.get(friction.law)
     common = {"friction_static": static, "friction_dynamic": static * friction.dynamic}
     common |= {"friction_law": "regularised" if law == "none" else law}
     for value in friction.values:
@@ -63,8 +62,7 @@ def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, floa
 
     ``right_free_from_m`` is the least radius at which the right arc touches no tooth, ``right_back_from_m`` the least
     above it at which it does again, ``left_lost_from_m`` the least from which on the left arc touches none; NaN where
-    there is none of the radii. ``conclusion_3``: no right arc touches from 0.305 m on; ``plateau``: the left arc
-    touches for 8 to 12 % of a turn from 0.307 m on.
+    there is none.
     """
     if row["state"] != DONE:
         return {}
@@ -73,7 +71,6 @@ def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, floa
     left, right = (np.array([value[f"{side}_share_pct"] for value in values]) for side in ("left", "right"))
     free, lost = right < TOUCHING, left < TOUCHING
     from_free = _least(radii, free)
-    upper = radii >= PLATEAU_FROM
     at_ring = values[int(np.flatnonzero(radii == config.ring_radius_m)[0])]
     return {
         "mobilised_friction": at_ring["mobilised_friction"],
@@ -81,7 +78,7 @@ def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, floa
         "right_back_from_m": _least(radii, ~free & (radii > from_free)),
         "left_lost_from_m": _least(radii, np.logical_and.accumulate(lost[::-1])[::-1]),
         "conclusion_3": float(free[radii >= FREE_FROM].all()),
-        "plateau": float(((left >= PLATEAU[0]) & (left <= PLATEAU[1]))[upper].all()),
+        "plateau": float(((left >= PLATEAU[0]) & (left <= PLATEAU[1]))[radii >= PLATEAU_FROM].all()),
         **{f"left_share_pct {radius:g}": share for radius, share in zip(radii, left, strict=True)},
         **{f"right_share_pct {radius:g}": share for radius, share in zip(radii, right, strict=True)},
     }
@@ -93,11 +90,11 @@ def _least(radii: np.ndarray, chosen: np.ndarray) -> float:
 
 
 def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the whole study, run by run, with ``jobs`` processes; rows in ``store`` are not computed again."""
+    """Run the whole study, run by run."""
     runs = [(run, rpm) for run in config.grip.runs for rpm in run.speeds_rpm]
     table = pd.concat([run_laws(config, run, tracks, rpm, jobs, store) for run, rpm in runs], ignore_index=True)
     table["polygon_m"] = table["draw"].map({draw: rig.equal_pitch_radii["polygon"] for draw, rig in tracks.items()})
-    first = ["draw", "polygon_m", "start", "integrator", "rpm", *SETTING, "state"]
+    first = ["draw", "polygon_m", "start", "integrator", "rpm", *LAW, "state"]
     return table[[*first, *(name for name in table if name not in first)]]
 
 

@@ -1,7 +1,4 @@
-"""Contacts of a revolution of the loop, stitched from the records of all connectors within a pitch passage.
-
-Quantities of whole passages of a long record come here from samples of a short one (`stitched_contacts`).
-"""
+"""Contacts of a revolution of the loop, stitched from the records of all connectors within a pitch passage."""
 
 from dataclasses import replace
 
@@ -21,7 +18,6 @@ PRINTED_AREAS = (2, 7)  # of the left and the right arc without a ring
 def summary(recording: Recording, detailed: bool = True) -> dict:
     """Return the columns of `meshing_summary` that claims are judged by; ``detailed``, events and forms without jumps.
 
-    ``event <name>, scatter <name>, area <name>`` are those of `mean_events` and `like_peaks`. Forms without jumps:
     ``left_outside_pct, right_outside_pct``: contact in other areas than the printed ones, each times its distance in
     areas, % of a turn; ``left_early_pct``: contact of the left arc in the first 0.35 turns of a passage, % of a turn.
     """
@@ -55,9 +51,8 @@ def summary(recording: Recording, detailed: bool = True) -> dict:
 def stitched_contacts(recording: Recording) -> Recording:
     """Return the contacts of a connector and the link ahead over a revolution for each whole passage of a record.
 
-    Every pitch is recorded. The revolutions stand one after another, each from the middle of the connector's free way
-    on, with half a one before and after them. Other arrays than those of contacts are empty. The log is made from
-    samples: its times are whole ones, its peaks the largest sample.
+    Every pitch is recorded. Each revolution begins in the middle of the connector's free way; half a one lies before
+    and after them. Other arrays than those of contacts are empty. Times and peaks of the log are those of samples.
     """
     links, rate, revolutions = len(recording.pitches), recording.rate, []
     for first in passage_edges(recording)[:-1]:
@@ -90,8 +85,7 @@ def stitched_contacts(recording: Recording) -> Recording:
 
 def _free_way(touching: np.ndarray) -> int:
     """Return the index of the middle of the longest pause of a circular series; 0 without a contact."""
-    at = np.flatnonzero(touching)
-    if not len(at):
+    if not len(at := np.flatnonzero(touching)):
         return 0
     pauses = np.diff(np.r_[at[-1] - len(touching), at])
     longest = pauses.argmax()
@@ -100,10 +94,8 @@ def _free_way(touching: np.ndarray) -> int:
 
 def _sampled_intervals(force: np.ndarray, area: np.ndarray, pitch_and_side: tuple[int, int], rate: float) -> np.ndarray:
     """Return (k,) intervals (`model.arrays.CONTACT_INTERVAL`) of a pitch and side from samples of force and area."""
-    edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
-    begins, ends = edges[::2], edges[1::2]
     rows = []
-    for begin, end in zip(begins, ends, strict=True):
+    for begin, end in np.flatnonzero(np.diff(np.r_[0, force > 0, 0])).reshape(-1, 2):
         of = force[begin:end]
         bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if pitch_and_side[1] < 2 else 0
         peak = of.max(), (begin + of.argmax() + 0.5) / rate

@@ -9,11 +9,10 @@ from trackdyn.sweeps.snakemake_job import run_job
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from laboratory.plausible.draws import rigs_of, run_rigs
-from laboratory.plausible.rows import Values, scene_name
+from laboratory.plausible.rows import scene_name
 from laboratory.plausible.settings import PlausibleConfig, TrackRun, load_plausible
 from laboratory.plausible.verdicts import JAMMED
 from trackdyn.inputs.files import write_csv
@@ -30,10 +29,8 @@ DURATIONS = "durations"  # name of the rule of the paper's durations; others are
 def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
     """Yield the choice of each rule in a study, a row per radius (NaN: no ring) and speed.
 
-    ``rule``: the share of `RingRule` (0.3, 0.5, 0.7), or ``durations``; ``state``; of the ring that is chosen
-    ``radius_m``, ``tooth_ratio`` and ``tension_ratio`` (1; force of a tooth and tension of the strand over those
-    without a ring, the largest of the speeds); ``kept_m``, the radii that keep the bound, the smallest first;
-    ``least_ratio``, the least ``tooth_ratio`` of any ring.
+    ``rule`` is the share of `RingRule` (0.3, 0.5, 0.7), or ``durations``; ``kept_m`` are the radii that keep its bound;
+    ``least_ratio`` is the least ``tooth_ratio`` of any ring.
     """
     study = with_tooth_forces(study)
     rules = {f"{share:g}": RingRule(share) for share in sorted({RingRule().tooth_force, *OTHER_FORCES})}
@@ -54,12 +51,14 @@ def choices(study: pd.DataFrame, teeth: int) -> Iterable[dict]:
 def of_track(config: PlausibleConfig, run: TrackRun, row: Mapping, rig: Rig) -> list[dict]:
     """Return `choices` of a row (`rows.run_rig`), or only its state if it did not run or its chain is jammed.
 
-    ``mobilised_friction`` is that of the paper's ring (1; mean of the speeds), ``right_back_m`` the least ring that
-    brings the right arc back at a speed, above one with which it is free (m; NaN: none).
+    ``right_back_m`` is the least ring that brings the right arc back, above one with which it is free.
     """
     if row["state"] != DONE:
         return [{"state": row["state"]}]
-    study = _study(config, run, row["values"]["starts"][0])
+    values = row["values"]["starts"][0]
+    study = pd.DataFrame([
+        {"rpm": rpm, "ring_radius_m": ring, **values[scene_name(rpm, ring)]} for rpm, ring, _ in _scenes(config, run)
+    ])  # fmt: skip
     of_paper = study[study["ring_radius_m"] == config.ring_radius_m]
     if of_paper["ring_share_pct"].min() < TOUCHING:
         return [{"state": JAMMED}]
@@ -67,13 +66,6 @@ def of_track(config: PlausibleConfig, run: TrackRun, row: Mapping, rig: Rig) -> 
     back = right.index[(right >= TOUCHING) & (right.index > right.index[right < TOUCHING].min())].min()
     about = {"mobilised_friction": of_paper["mobilised_friction"].mean(), "right_back_m": back}
     return [choice | about for choice in choices(study, rig.sprocket.teeth)]
-
-
-def _study(config: PlausibleConfig, run: TrackRun, values: Values) -> pd.DataFrame:
-    return pd.DataFrame([
-        {"rpm": rpm, "ring_radius_m": np.nan if ring is None else ring, **values[scene_name(rpm, ring)]}
-        for rpm, ring, _ in _scenes(config, run)
-    ])  # fmt: skip
 
 
 def _scenes(config: PlausibleConfig, run: TrackRun) -> list[list]:
@@ -85,8 +77,6 @@ def rings(
 ) -> pd.DataFrame:
     """Run the study; return a row per track, start and rule: ``draw, engaged, start``, readings of equal pitch (m;
     ``polygon_m``, ...), then `choices`.
-
-    ``jobs`` processes compute; rows in ``store`` are not computed again.
     """
     table = []
     for run in config.rings.runs:

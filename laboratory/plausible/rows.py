@@ -34,8 +34,7 @@ def run_rig(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict[str,
 
 
 def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: SettledLoops) -> dict[str, dict]:
-    least = Scene.ring_range(rig)[0]
-    values: dict = {}
+    least, values = Scene.ring_range(rig)[0], {}
     for rpm, ring, detailed in scenes:
         without = scene_name(rpm, None)
         touching = None if ring is None or ring < least else ring  # a smaller ring touches nothing
@@ -78,6 +77,5 @@ def scene_name(rpm: float, ring: float | None) -> str:
 def _sensed(recording: Recording) -> dict[str, float]:
     """Return RMS, SD and content from 20 Hz on (g) of a revolution of one link."""
     ay = stitch(recording)
-    measures = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std()}
-    measures["high_frequency_g"] = high_frequency_rms(ay, recording.rate)
-    return {name: float(value) for name, value in measures.items()}
+    high_frequency = float(high_frequency_rms(ay, recording.rate))
+    return {"rms_g": float(np.sqrt(np.mean(ay**2))), "sd_g": float(ay.std()), "high_frequency_g": high_frequency}

@@ -15,15 +15,14 @@ import pandas as pd
 from scipy.optimize import linprog
 
 from laboratory.plausible.distances import residuals, weights
-from laboratory.plausible.draws import built, drawn_values, run_rigs, scenes
-from laboratory.plausible.rows import Values
+from laboratory.plausible.draws import built, drawn_values, run_rigs
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import evidence
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.sweeps.engine import DONE
-from trackdyn_replication.paper.claims import INDEPENDENT, MET, judge_all, load_claims, load_sentences, printed_numbers
-from trackdyn_replication.paper.scorecard import sentence_verdicts
+from trackdyn_replication.paper.claims import INDEPENDENT, judge_all, load_claims, load_sentences, printed_numbers
+from trackdyn_replication.paper.scorecard import count, sentence_verdicts
 
 INSIDE = 0.001, 0.999  # of the ranges
 MARGIN = 0.96  # size of a residual that costs nothing
@@ -72,21 +71,11 @@ class Searching:
         if rig is None or row["state"] != DONE:
             return None
         values = row["values"]["starts"][0]
-        printed, shown = self.judged(self.scenes, values, rig)
-        return Outcome(residuals(self.config, values), int(printed["met"].sum()), len(shown))
-
-    def judged(self, row_scenes: list[list], values: Values, rig: Rig) -> tuple[pd.DataFrame, list[int]]:
-        """Return the independent printed numbers that a start of a rig decides, and the sentences that it shows."""
-        shown_by = evidence(self.config, row_scenes, values, rig)
-        printed = printed_numbers(self.claims, shown_by)
+        shown_by = evidence(self.config, self.scenes, values, rig)
+        numbers = printed_numbers(self.claims, shown_by)
+        met = numbers.loc[numbers["group"] == INDEPENDENT, "met"].sum()
         sentences = sentence_verdicts(judge_all(self.claims, shown_by), self.sentences)
-        return printed[printed["group"] == INDEPENDENT], list(sentences.loc[sentences["verdict"] == MET, "number"])
-
-    def end(self, rig: Rig) -> tuple[pd.DataFrame, list[int]]:
-        """Judge a rig at every radius and speed of the sample (`judged`), from the first start."""
-        row_scenes = scenes(self.config)
-        (row,) = run_rigs(self.config, [rig], row_scenes, self.jobs, self.store)
-        return self.judged(row_scenes, row["values"]["starts"][0], rig)
+        return Outcome(residuals(self.config, values), int(met), count(sentences)[0])
 
     def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
         """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.
@@ -109,9 +98,8 @@ class Searching:
     def search(self, name: str) -> pd.DataFrame:
         """Return every row of a search: ``search, row, begin, cost, numbers, sentences`` and every unknown.
 
-        ``begin`` is its origin: a start (`starts`), or linear programs. They continue from the start that meets
-        most numbers and, of those, costs least: an iteration takes differences of all unknowns to both sides, and tries
-        steps of several reaches.
+        It ``begin``s as a start (`starts`) or by linear programs, which continue from the start that meets most numbers
+        and, of those, costs least, with differences of all unknowns to both sides and steps of several reaches.
         """
         unknowns = searched_unknowns(self.config, name)
         rows: list[dict] = []
@@ -149,7 +137,7 @@ class Searching:
             steps = [linear_step(x, residual, jacobian, reach * share) for share in REACH]
             tried, outcomes = [*sides, *steps], [*of_sides, *evaluate(steps)]
             best, before = int(np.argmin([cost(outcome) for outcome in outcomes])), cost(residual)
-            promised = before - min(_modelled_cost(residual, jacobian @ (step - x)) for step in steps)
+            promised = before - min(cost(residual, jacobian @ (step - x)) for step in steps)
             gained = before - cost(outcomes[best])
             if gained > 0:
                 x, residual = tried[best], outcomes[best]
@@ -157,12 +145,10 @@ class Searching:
                 reach /= 2
 
 
-def cost(residual: Mapping[str, float] | None) -> float:
-    """Return the weighted sum of the excess of residuals over the margin; infinite for a rig that does not run."""
-    return np.inf if residual is None else _modelled_cost(residual, np.zeros(len(residual)))
-
-
-def _modelled_cost(residual: Mapping[str, float], change: np.ndarray) -> float:
+def cost(residual: Mapping[str, float] | None, change: np.ndarray | float = 0.0) -> float:
+    """Return the weighted excess of changed residuals over the margin; infinite for a rig that does not run."""
+    if residual is None:
+        return np.inf
     return float(weights(residual) @ np.maximum(np.abs(_sizes(residual) + change) - MARGIN, 0.0))
 
 
@@ -185,8 +171,7 @@ def _jacobian(x: np.ndarray, residual: Mapping, sides: Sequence[np.ndarray], out
 def linear_step(x: np.ndarray, residual: Mapping[str, float], jacobian: np.ndarray, reach: float) -> np.ndarray:
     """Return the point of least cost by the linear model within a reach along each coordinate.
 
-    The variables of the program are the moves of the n coordinates, their sizes, and the excess of each of the m
-    residuals over the margin.
+    Variables are the moves of the n coordinates, their sizes, and the excess of each of the m residuals.
     """
     sizes, (m, n) = _sizes(residual), jacobian.shape
     moves, excess = np.eye(n), np.eye(m)

@@ -1,4 +1,4 @@
-"""Files of the default rig, a draw of the sample, and of searched ones, and how the ends of the searches compare."""
+"""Files of the default rig, a draw of the sample, and of searched ones."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -27,7 +27,6 @@ ABOUT = {
     "grips": "a rig fitted to the printed numbers within assumed ranges, with a ring that grips as rubber does",
 }
 DEFAULT = "the rig of the paper: a track sampled from assumed ranges, chosen for the printed numbers that it meets"
-AT_END = 0.01  # of a range: nearer to its bounds than this, a value is at an end
 SET = "set by the search (docs/answer.md)"
 DAMPER = (
     "loss_factor of that stiffness at 4.47 Hz, the pitch-passing frequency of 115 rpm; only for bushing_law: viscous"
@@ -49,8 +48,7 @@ def rig_text(template: str, entries: Mapping[str, dict], about: str, command: st
     """Return the text of a rig's file: that of another rig, the ``template``, with some entries exchanged.
 
     In the template every entry is a line, with ``range:`` and its source at the end. ``entries`` are ``value``,
-    ``low``, ``high``, ``kind`` and ``source`` by ``section.field``; ``about`` describes the rig, ``command`` is the
-    rule that makes the file.
+    ``low``, ``high``, ``kind`` and ``source`` by ``section.field``.
     """
     section, lines, outside = "", [], []
     for line in template[template.index("\ngravity:") + 1 :].splitlines():
@@ -109,14 +107,13 @@ def _rig_file(
     """Return the file of a rig with values by unknown of the search ``name``, and the fields that the search sets."""
     set_fields, ranges = config.search.searches[name].fields, file_ranges(config.rig)
     entries = rig_entries(config, searched_unknowns(config, name), values, f"{source} (docs/answer.md)", kind)
-    for field, value in set_fields.items():
-        if not isinstance(value, str):
-            low, high = ranges[field]
-            entries[field] = {"value": value, "low": low, "high": high, "kind": "assumed", "source": SET}
+    choices = {field: value for field, value in set_fields.items() if isinstance(value, str)}
+    for field in set_fields.keys() - choices:
+        low, high = ranges[field]
+        entries[field] = {"value": set_fields[field], "low": low, "high": high, "kind": "assumed", "source": SET}
     text = rig_text(Path(config.near.rig).read_text(encoding="utf-8"), entries, about, command)
-    for field, value in set_fields.items():
-        if isinstance(value, str):
-            text = with_choice(text, field, value, SET)
+    for field, choice in choices.items():
+        text = with_choice(text, field, choice)
     return text
 
 
@@ -127,66 +124,28 @@ def default_rig(config: PlausibleConfig) -> str:
     return _rig_file(config, "slips", values, "assumed", source, DEFAULT, "default_rig")
 
 
-def best_row(rows: pd.DataFrame) -> dict:
-    """Return the row that meets most independent numbers, of those shows most sentences, then costs least."""
-    order = {"by": ["numbers", "sentences", "cost"], "ascending": [False, False, True]}
-    return rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
-
-
 def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
-    """Return the file of the best row of a search."""
-    best = best_row(rows)
+    """Return the file of the row that meets most independent numbers, of those shows most sentences, costs least."""
+    ran = rows.dropna(subset="cost").sort_values("cost", kind="stable")
+    best = ran.sort_values(["numbers", "sentences"], ascending=False, kind="stable").iloc[0].to_dict()
     if best["begin"] in {f"draw {draw}" for draw in config.search.draws}:
         kind, source = "assumed", f"{best['begin']} of the sample, fitted to nothing"
     else:
         kind = "fitted"
-        source = f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {_start(rows)}"
+        # from which the linear programs went on (`Searching.search`)
+        start = ran[ran["begin"] != SEARCHED].sort_values("numbers", ascending=False, kind="stable")["begin"].iloc[0]
+        source = f"{best['begin']}, row {best['row']:g} of the search {name}, which began at {start}"
     return _rig_file(config, name, best, kind, source, ABOUT[name], "searched_rigs")
 
 
-def _start(rows: pd.DataFrame) -> str:
-    """Return the start from which the linear programs went on (`Searching.search`)."""
-    before = rows[rows["begin"] != SEARCHED].dropna(subset="cost")
-    return str(before.sort_values(["numbers", "cost"], ascending=[False, True], kind="stable")["begin"].iloc[0])
-
-
-def with_choice(text: str, field: str, choice: str, source: str) -> str:
+def with_choice(text: str, field: str, choice: str) -> str:
     """Return the text of a rig's file with another name for a field, whose line is added where it is missing."""
     section, name = field.split(".")
-    line = f'  {name}: {{value: {choice}, unit: name, kind: assumed, source: "{source}"}}\n'
+    line = f'  {name}: {{value: {choice}, unit: name, kind: assumed, source: "{SET}"}}\n'
     head, body = text.split(f"\n{section}:\n", 1)
     own, after = re.match(r"((?:  .*\n)*)(.*)", body, re.DOTALL).groups()
     own = re.sub(rf"  {name}: .*\n", "", own)
     return f"{head}\n{section}:\n{line}{own}{after}"
-
-
-def comparison(searching: Searching, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return the best row of every search, at every radius and speed of the sample, the better rig first.
-
-    The rule: most independent printed numbers, then most sentences, then the fewest values outside their ranges
-    (assumptions), then the fewest at an end of theirs.
-    """
-    config, rows, order = searching.config, [], []
-    ranges = file_ranges(config.rig)
-    for name, table in tables.items():
-        best, unknowns = best_row(table), searched_unknowns(config, name)
-        printed, sentences = searching.end(unknowns.rig.changed(**unknowns.changes(best)))
-        outside, at_end = [], []
-        for unknown in unknowns.unknowns:
-            value, at = best[unknown.label], unknown.position(best[unknown.label])
-            low, high = (unknown.low, unknown.high) if unknown.of else ranges.get(unknown.label, (-np.inf, np.inf))
-            if not low <= value <= high:
-                outside.append(unknown.label)
-            elif not AT_END < at < 1 - AT_END:
-                at_end.append(unknown.label)
-        missed = [f"{row.id}{row.part}: {row.measured}" for row in printed[~printed["met"]].itertuples()]
-        rows.append({
-            "search": name, "row": best["row"], "begin": best["begin"], "numbers": int(printed["met"].sum()),
-            "of": len(printed), "sentences": len(sentences), "shown": ", ".join(map(str, sentences)),
-            "missed": "; ".join(missed), "outside": ", ".join(outside), "at_end": ", ".join(at_end),
-        })  # fmt: skip
-        order.append((-rows[-1]["numbers"], -len(sentences), len(outside), len(at_end)))
-    return pd.DataFrame([rows[i] for i in sorted(range(len(rows)), key=order.__getitem__)])
 
 
 @run_job
@@ -201,4 +160,3 @@ def main(job) -> None:
     for (name, rows), path in zip(tables.items(), job.output.rigs, strict=True):
         write_text(Path(path), searched_rig(config, rows, name))
     write_csv(job.output.rows, pd.concat(tables.values(), ignore_index=True))
-    write_csv(job.output.compared, comparison(searching, tables))

@@ -22,11 +22,10 @@ class Beginning(Section):
 
 
 class Row(Section):
-    """Settings of the runs of a rig.
+    """Settings of the runs of a rig, whose record has ``passages`` pitch passages.
 
     Steps (s) are tried in order until every scene runs. The wait of a start takes steps ``coarser`` times as long, by
-    the linearly implicit method; the last ``last_s`` seconds of it run as the record does, by ``integrator``. A record
-    has ``passages`` pitch passages.
+    the linearly implicit method; the last ``last_s`` seconds of it run as the record does, by ``integrator``.
     """
 
     steps_s: Numbers
@@ -64,9 +63,8 @@ class Start(Section):
 class Search(Section):
     """Settings of all searches (`search.Searching`), and the searches by name.
 
-    A row has ``radii_m`` by speed (rev/min). Every search begins at ``draws`` of the sample, as they are and with all
-    combinations of the values in ``scan``. ``reach`` of the first step is a share of the ranges; ``rows`` is the
-    largest number of rows beyond the starts.
+    Every search begins at ``draws`` of the sample, as they are and with all combinations of the values in ``scan``.
+    ``reach`` of the first step is a share of the ranges; ``rows`` is the most beyond the starts.
     """
 
     radii_m: dict[float, list[float | None]]

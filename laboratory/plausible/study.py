@@ -3,7 +3,7 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -50,10 +50,8 @@ def tables(config: PlausibleConfig, judged: pd.DataFrame, judge: Judge) -> dict[
 def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[str, str]) -> pd.DataFrame:
     """Return the share of tracks that show a sentence or claim, its 90 % interval (Clopper and Pearson), and its class.
 
-    ``statements`` are columns of ``judged`` (`verdicts.Judge.tracks`) with their words; ``tracks`` are ``all``, or the
-    ``engaged`` ones only. Bounds of a share are ``least`` and ``most``: undecided tracks count as no, and as yes.
-    The class is ``follows`` from the configured share of the decided on, ``never`` where no track shows it, else
-    ``depends``.
+    ``statements`` are columns of ``judged`` (`verdicts.Judge.tracks`) with their words. Undecided tracks count as no in
+    the share ``least``, as yes in ``most``. A statement ``follows`` from the configured share of the decided on.
     """
     rows = []
     ran = judged[judged["state"] == DONE]
@@ -77,12 +75,10 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
 def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     """Bin the share of tracks that show a sentence by equal-pitch radius (m) and creep slope of the ring (s/m)."""
     ran, rows = judged[judged["state"] == DONE], []
-    for name in names:
-        for low, high in pairwise(PITCH_EDGES):
-            for slow, fast in pairwise(CREEP_EDGES):
-                inside = ran[EQUAL_PITCH].between(low, high) & ran[CREEP].between(slow, fast)
-                valid = ran.loc[inside, name].dropna() if name in ran else pd.Series(dtype=float)
-                rows.append([name, low, high, slow, fast, len(valid), int(valid.sum())])
+    for name, (low, high), (slow, fast) in product(names, pairwise(PITCH_EDGES), pairwise(CREEP_EDGES)):
+        inside = ran[EQUAL_PITCH].between(low, high) & ran[CREEP].between(slow, fast)
+        valid = ran.loc[inside, name].dropna() if name in ran else pd.Series(dtype=float)
+        rows.append([name, low, high, slow, fast, len(valid), int(valid.sum())])
     columns = ["name", "pitch_low", "pitch_high", "creep_low", "creep_high", "decided", "shown"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -93,13 +89,13 @@ def separating_values(
     """Return values whose ranks correlate with showing a sentence by more than chance, over all values and sentences.
 
     The largest rank correlation of all pairs is taken under `PERMUTATIONS` of the draws; a pair counts that it exceeds
-    in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one. Rows go by sentence, the
-    larger correlation first.
+    in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one.
     """
     ran = judged[judged["state"] == DONE]
     names = [name for name in statements if name in ran and ran[name].nunique() > 1]
+    columns = ["name", "value", "correlation", "chance", "median_shown", "median_not"]
     if not names:
-        return pd.DataFrame(columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
+        return pd.DataFrame(columns=columns)
     ranks = np.column_stack([rankdata(ran[value]) for value in values])
     ranks = (ranks - ranks.mean(axis=0)) / ranks.std(axis=0)
     decided = ran[names].notna().to_numpy()
@@ -125,33 +121,28 @@ def separating_values(
                 value = values[i]
                 ends = (medians.at[1.0, value], medians.at[0.0, value])
                 rows.append([name, value, observed[i, j], chance[i, j], *ends])
-    return pd.DataFrame(rows, columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
+    return pd.DataFrame(rows, columns=columns)
 
 
 def mobilised_table(config: PlausibleConfig, rig: Rig, slopes: list[float]) -> pd.DataFrame:
-    """Return the mobilised friction of a rig's ring at the printed radius, with other transition velocities.
+    """Return the mobilised friction of a rig's ring at the printed radius, by creep slope (s/m) and speed.
 
-    A row a creep slope (s/m) and a speed of the study, after its longest wait: ``creep, transition_velocity`` (m/s),
-    ``rpm, mobilised_friction, error`` (1; over the passages of a turn).
+    It is that after the longest wait, its error over the passages of a turn.
     """
     rows = []
     for slope in slopes:
         velocity = rig.ring_contact.friction_static / slope
         other = rig.changed(ring_contact__transition_velocity=velocity)
         for rpm in config.radii_m:
-            wait = max(start.wait_s for start in config.row.starts)
             loop = Loop(Scene(other, motor_rpm=rpm, ring_radius=config.ring_radius_m, **config.scene))
-            loop.advance(wait)
+            loop.advance(max(start.wait_s for start in config.row.starts))
             value, error, _ = mobilised_friction(loop.record(loop.scene.periods.turn + 1 / rig.rate))
             rows.append([slope, velocity, rpm, value, error])
     return pd.DataFrame(rows, columns=[CREEP, "transition_velocity", "rpm", "mobilised_friction", "error"])
 
 
 def run_neighbours(config: PlausibleConfig, judge: Judge, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number.
-
-    ``jobs`` processes compute rows that ``store`` does not have. A neighbour that does not run shows none.
-    """
+    """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number."""
     rigs = neighbours(config)
     rows = run_rigs(config, rigs, scenes(config), jobs, store)
     verdicts = [judge.rig(row, rig) for rig, row in zip(rigs, rows, strict=True)]

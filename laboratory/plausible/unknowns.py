@@ -59,10 +59,9 @@ class Unknown(Section):
 
 
 class Unknowns:
-    """Unknowns of a rig in a fixed order: d of them, so that a rig is a point of the d-dimensional unit cube.
+    """Unknowns of a rig in a fixed order, a ratio after its denominator: a rig is a point of a unit cube.
 
-    A ratio comes after its denominator. ``ranges`` (`file_ranges`) are those of unknowns that state none.
-    Raises `InputError`: a field that the rig does not have, one that occurs twice, one without a range.
+    ``ranges`` (`file_ranges`) are those of unknowns that state none.
     """
 
     def __init__(self, unknowns: Iterable[Unknown], rig: Rig, ranges: Mapping[str, tuple[float, float]]):

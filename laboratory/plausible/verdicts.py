@@ -24,10 +24,7 @@ JAMMED = "jammed"  # state of a row that ran and whose chain does not lie on the
 
 
 def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, rig: Rig) -> Evidence:
-    """Return the values of a start as evidence for claims; too few radii of a speed make no ring study.
-
-    ``row_scenes`` are speed (rev/min), ring radius (m) and whether it is measured in detail.
-    """
+    """Return the values of a start as evidence for claims; too few radii of a speed make no ring study."""
     metrics, events = [], []
     radii = Counter(rpm for rpm, ring, _ in row_scenes if ring is not None)
     for rpm, ring, detailed in row_scenes:
@@ -56,10 +53,7 @@ class Judge:
         self.claims = [claim for claim in claims if claim.name not in SET_BY_WHEELS]
 
     def tracks(self, drawn: Sequence[DrawnRig], rows: Iterable[dict]) -> pd.DataFrame:
-        """Return a row per drawn rig: ``draw, state, reason``, its values, and its verdicts (`rig`).
-
-        ``equal_pitch <reading>`` (m) are the readings of its equal-pitch radius.
-        """
+        """Return a row per drawn rig: ``draw, state, reason``, values, readings of equal pitch (m), and verdicts."""
         table = []
         for track, row in zip(drawn, rows, strict=True):
             outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
@@ -74,8 +68,7 @@ class Judge:
     def rig(self, row: Mapping, rig: Rig | None) -> dict[str, float]:
         """Return whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim.
 
-        NaN where its starts differ. A row that is not done decides nothing, nor does one whose ring of the paper's
-        radius carries nothing: its chain jams between the teeth.
+        NaN where its starts differ. A row that is not done decides nothing, nor does one whose chain jams.
         """
         if rig is None or row["state"] != DONE:
             return {}
@@ -86,25 +79,19 @@ class Judge:
         return {name: value if all(value == other[name] for other in starts) else np.nan for name, value in first}
 
     def _start(self, values: Values, rig: Rig) -> dict[str, float]:
-        """Judge one start; empty for a chain that jams."""
-        if is_jammed(self.config, values):
+        """Judge one start; empty for a chain that jams: the ring of the paper carries no load at a speed."""
+        at_radius = [values[scene_name(rpm, self.config.ring_radius_m)] for rpm in self.config.radii_m]
+        if min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING:
             return {}
         shown_by = evidence(self.config, scenes(self.config), values, rig)
         card = judge_all(self.claims, shown_by)
         whole = sentence_verdicts(card, self.sentences)
-        radii = [
-            value.value for claim in self.claims if claim.name == RADIUS for value in judge(claim, shown_by).values
-        ]
-        judged = {"engaged": float(is_engaged(self.config, values, rig)), "radius": radii[0] if radii else np.nan}
+        of_radius = next(claim for claim in self.claims if claim.name == RADIUS)
+        radius = next((value.value for value in judge(of_radius, shown_by).values), np.nan)
+        judged = {"engaged": float(is_engaged(self.config, values, rig)), "radius": radius}
         names = [*whole["number"].astype(str), *(card["id"] + card["part"])]
         # where no force acts a claim cannot be judged, and is not shown
         return judged | dict(zip(names, [float(v == MET) for v in (*whole["verdict"], *card["verdict"])], strict=True))
-
-
-def is_jammed(config: PlausibleConfig, values: Values) -> bool:
-    """Return whether the ring of the paper carries no load at a speed: the chain jams between the teeth."""
-    at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
-    return min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING
 
 
 def is_engaged(config: PlausibleConfig, values: Values, rig: Rig) -> bool:

@@ -19,27 +19,15 @@ from trackdyn.measure.cells import listed, significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE
+from trackdyn_replication.paper import tracks as sampled
 from trackdyn_replication.paper.finding import check_sentences, finding_sentences, ran
 from trackdyn_replication.paper.published import RADIUS_CHOSEN
 from trackdyn_replication.paper.scorecard import MARKS, number_count, other_numbers, verdict_line
-from trackdyn_replication.paper.tracks import (
-    RUBBER,
-    SHARES_READ,
-    TRACKS,
-    chosen_rings,
-    creep_slope,
-    follows_sentence,
-    mobilised,
-    neighbours_sentence,
-    ring_sentences,
-    track_rows,
-)
 from trackdyn_replication.report.filled import blocks
 
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
-COLUMNS_OF_SHARES = ("share", "low", "high", "least", "most")
 LIGHT = 0.55  # share from which on text is white
 BLUES = colormaps["Blues"]  # from pale to dark, which a print in grey keeps apart
 
@@ -57,8 +45,7 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame, of_ring: pd.DataFrame) -> Figure:
     """Draw the share of tracks that show each sentence over equal pitch and creep slope of the ring, a map each.
 
-    Tables are `study.shares` of the sentences, `study.share_map`, `verdicts.Judge.tracks`, and
-    `study.mobilised_table`, whose mobilised friction labels the creep slopes.
+    Tables are those of `study.tables`, and `study.mobilised_table`, whose friction labels the creep slopes.
     """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
     names = list(dict.fromkeys(binned["name"]))
@@ -103,7 +90,7 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
     for marker, radius in zip(MARKERS, marked.values(), strict=False):
         ax.plot(radius, 1.06, marker, transform=above, color=VERMILION, markersize=3.5, clip_on=False)
     margin_axes = blended_transform_factory(ax.transAxes, ax.transData)
-    rubber = [max(RUBBER[0], creeps[0]), min(RUBBER[1], creeps[-1])]
+    rubber = [max(sampled.RUBBER[0], creeps[0]), min(sampled.RUBBER[1], creeps[-1])]
     ax.plot(
         [1.025, 1.025], rubber, transform=margin_axes, color=BLACK, linewidth=2.5, clip_on=False, solid_capstyle="butt"
     )
@@ -113,7 +100,8 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
     """Draw the legend of marks and colours in a panel of its own."""
     for marker, (name, radius) in zip(MARKERS, marked.items(), strict=False):
         ax.plot([], [], marker, color=VERMILION, label=f"0.308 m read as {name}: {radius:.4f} m")
-    ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep assumed for rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
+    low, high = sampled.RUBBER
+    ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep assumed for rubber, {low:g} to {high:g} s/m")
     for share in (0.0, 0.5, 1.0):
         colour = BLUES(PALE + (DARK - PALE) * share)
         ax.plot([], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % show it")
@@ -126,20 +114,31 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
     study, rings, sentences, draws, of_ring, values, near, default, parameters, numbers, *gripping = tables
     grips, grips_sentences = gripping
     table, unjudged = _table(sentences, default)
+    radii = load_plausible("config/plausible.yaml").rings.radii_m
+    slope = sampled.creep_slope(parameters)
+    # the values that separate most, each with the sentences that it does so for
+    most = values.drop_duplicates("name").groupby("value", sort=False)["name"]
     texts = blocks(
         Path(__file__).with_name("answer.md.j2"),
         finding=" ".join(finding_sentences(ran(study))),
         checks=" ".join(check_sentences(ran(study))),
-        **_outcomes(draws) | _chosen(rings) | _creep(parameters, of_ring),
-        follows=follows_sentence(sentences, draws),
+        **_outcomes(draws),
+        follows=sampled.follows_sentence(sentences, draws),
         table=table,
         unjudged=", ".join(unjudged),
-        separating=listed(_separating(values)),
+        separating=listed([f"`{value}` ({listed(names.astype(str).tolist())})" for value, names in most]),
+        rings=sampled.ring_sentences(rings),
+        at_end_pct=100 * sampled.chosen_rings(rings)["radius_m"].isin([radii[0], radii[-1]]).mean(),
+        radii=radii,
+        slope=significant(slope, 2),
+        inside=sampled.RUBBER[0] <= slope <= sampled.RUBBER[1],
+        rubber=sampled.RUBBER,
+        mobilised=sampled.mobilised(of_ring, slope),
         wrap=significant(_wrap(parameters), 2),
-        neighbours=neighbours_sentence(near, default),
+        neighbours=sampled.neighbours_sentence(near, default),
         numbers=number_count(numbers),
         others=other_numbers(numbers),
-        shares_read=SHARES_READ,
+        shares_read=sampled.SHARES_READ,
         grips=verdict_line(grips_sentences, grips),
     )
     return [f"{text}\n" for text in texts]
@@ -159,56 +158,29 @@ def _outcomes(draws: pd.DataFrame) -> dict:
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[str]]:
     """Tabulate shares of the engaged tracks and of all, with intervals and bounds in brackets, and the default rig."""
-    rows = track_rows(sentences)
+    rows = sampled.track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
     lines, unjudged = [], []
     for name in rows.index.unique("name"):
-        pair = [rows.loc[(name, tracks)] for tracks in TRACKS]
-        if not pair[0]["decided"]:
+        if not rows.loc[(name, sampled.TRACKS[0])]["decided"]:
             unjudged.append(name)
             continue
-        shares = []
-        for row in pair:
-            share, low, high, least, most = (f"{100 * row[key]:.0f}" for key in COLUMNS_OF_SHARES)
-            bounds = f"; {least}–{most}" if row["undecided"] else ""
-            shares.append(f"{share} ({low}–{high}{bounds})" if row["decided"] else "–")
-        lines.append([name, *shares, MARKS[verdicts.get(name, "not comparable")]])
-    heads = ["sentence", *(f"% of {tracks}" for tracks in TRACKS), default["rig"].iloc[0]]
+        shares = [sampled.share_of_tracks(rows, name, tracks) for tracks in sampled.TRACKS]
+        cells = [share.replace(" %", "").replace(" to ", "–") for share in shares]
+        lines.append([name, *cells, MARKS[verdicts.get(name, "not comparable")]])
+    heads = ["sentence", *(f"% of {tracks}" for tracks in sampled.TRACKS), default["rig"].iloc[0]]
     return pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True), unjudged
-
-
-def _separating(values: pd.DataFrame) -> list[str]:
-    """Word the values that separate most, each with the sentences that it does so for."""
-    most = values.drop_duplicates("name").groupby("value", sort=False)["name"]
-    return [f"`{value}` ({listed(names.astype(str).tolist())})" for value, names in most]
-
-
-def _creep(parameters: pd.DataFrame, of_ring: pd.DataFrame) -> dict:
-    """Return the creep slope of the default rig's ring, and its mobilised friction."""
-    slope = creep_slope(parameters)
-    inside = RUBBER[0] <= slope <= RUBBER[1]
-    return {"slope": significant(slope, 2), "inside": inside, "rubber": RUBBER, "mobilised": mobilised(of_ring, slope)}
 
 
 def _wrap(parameters: pd.DataFrame) -> float:
     """Return the bushings' moment in the wrap over that of the tension; stiff bushings lift the chain off."""
     of_rig = parameters.set_index("name")["value"]
-    names = ("bushing.stiffness", "tension.pre_tension", EQUAL_PITCH)
-    stiffness, tension, radius = (float(of_rig[name]) for name in names)
+    stiffness, tension, radius = of_rig[["bushing.stiffness", "tension.pre_tension", EQUAL_PITCH]].astype(float)
     return stiffness * load_rig("paper").pitch / 2 / (tension * radius**2)
-
-
-def _chosen(rings: pd.DataFrame) -> dict:
-    """Return the recommended rings of the tracks, and the share at an end of the grid."""
-    radii = load_plausible("config/plausible.yaml").rings.radii_m
-    ends = chosen_rings(rings)["radius_m"].isin([radii[0], radii[-1]]).mean()
-    return {"at_end_pct": 100 * ends, "rings": ring_sentences(rings), "radii": radii}
 
 
 @run_job
 def main(job) -> None:
     """Rule `plausible_figure`."""
-    text = {"name": str}
-    sentences, binned = (pd.read_csv(job.input[name], dtype=text) for name in ("sentences", "map"))
-    draws, of_ring = (pd.read_csv(job.input[name]) for name in ("draws", "mobilised"))
-    save(map_figure(sentences, binned, draws, of_ring), job.output[0])
+    tables = (pd.read_csv(job.input[name], dtype={"name": str}) for name in ("sentences", "map", "draws", "mobilised"))
+    save(map_figure(*tables), job.output[0])

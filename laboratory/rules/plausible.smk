@@ -108,7 +108,6 @@ rule searched_rigs:
     output:
         rigs=[f"{L}/rigs/{name}.yaml" for name in SEARCHES],
         rows=f"{L}/search_rows.csv",
-        compared=f"{L}/searched_rigs.csv",
     params:
         searches=SEARCHES,
         store=f"{L}/plausible",

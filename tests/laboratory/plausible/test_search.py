@@ -11,7 +11,7 @@ from laboratory.plausible.distances import MAXIMA, SHARES, TIMES, at_most, bound
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs
 from laboratory.plausible.rows import scene_name
 from laboratory.plausible.search import MARGIN, SEARCHED, Outcome, Searching, cost, linear_step, searched_unknowns
-from laboratory.plausible.searched_rigs import comparison, default_rig, searched_rig
+from laboratory.plausible.searched_rigs import default_rig, searched_rig
 from laboratory.plausible.settings import load_plausible
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
 from trackdyn_replication.paper.claims import load_claims
@@ -155,32 +155,6 @@ def test_a_search_begins_at_draws_of_the_sample_and_scans_them():
     assert [fields[name] for name in same] == pytest.approx([drawn.values[name] for name in same], rel=0.02)
     tensions = {round(unknowns.values(x)["tension.pre_tension"], 6) for begin, x in starts if "scanned" in begin}
     assert tensions == set(CONFIG.search.scan["tension.pre_tension"])
-
-
-def test_the_better_rig_meets_more_numbers_then_shows_more_sentences_then_assumes_less(monkeypatch):
-    searching, ends = Searching(CONFIG, "config/claims.yaml", 1, "unused"), []
-
-    def end(self, rig):
-        numbers, sentences = ends.pop(0)
-        printed = pd.DataFrame({"id": "C16", "part": "b", "measured": "0.3", "met": [*[True] * numbers, False]})
-        return printed, list(range(sentences))
-
-    monkeypatch.setattr(Searching, "end", end)
-
-    def order(*compared):
-        tables = {}
-        for name, numbers, sentences, at in compared:
-            unknowns = searched_unknowns(CONFIG, name)
-            counts = {"row": 1, "begin": "draw 155", "cost": 1.0, "numbers": 0, "sentences": 0}
-            tables[name] = pd.DataFrame([counts | unknowns.values(np.full(len(unknowns.labels), at))])
-            ends.append((numbers, sentences))
-        return comparison(searching, tables)["search"].tolist()
-
-    assert order(("slips", 11, 15, 0.4), ("shears", 12, 9, 0.4)) == ["shears", "slips"]
-    assert order(("shears", 12, 14, 0.4), ("slips", 12, 15, 0.4)) == ["slips", "shears"]
-    # the transition velocity in the middle of the range of slips is none of rubber
-    assert order(("slips", 12, 15, 0.4), ("shears", 12, 15, 0.4)) == ["shears", "slips"]
-    assert order(("grips", 12, 15, 0.009), ("shears", 12, 15, 0.4)) == ["shears", "grips"]
 
 
 def test_the_default_rig_is_a_draw_of_the_sample():
