@@ -25,7 +25,7 @@ class Sensed:
         self.ay, self.rate, self.loop_hz = np.asarray(ay), rate, loop_hz
         self.turns = self.ay[: whole_revolutions(len(self.ay), rate, loop_hz)]
         self.has_line = spectra.holds_line(len(self.ay), rate, loop_hz) and bool(np.ptp(self.ay))
-        self.bin, self.line, self.line_errors = (NAN, NAN), (NAN, NAN), LineError(NAN, NAN, NAN, NAN, NAN)
+        self.bin, self.line, self.line_errors = (NAN, NAN), (NAN, NAN), LineError()
         if self.has_line:
             self.bin = spectra.main_line(self.ay, rate, loop_hz)
             # one more sample: two turns, which end between two samples, must suffice for a line

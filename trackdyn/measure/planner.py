@@ -10,8 +10,9 @@
    its trial was long enough.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf
 from typing import Any, NamedTuple
 
@@ -29,11 +30,10 @@ from trackdyn.measure.uncertainty import (
     Estimate,
     Series,
     TotalError,
+    difference,
     drifts,
     extrapolated,
     judge_series,
-    total_error,
-    weight_of_finer,
 )
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import LONGEST_RUN, Periods, Scene
@@ -96,13 +96,9 @@ class Trial:
         return self.recorder.done / self.recorder.loop.scene.rig.rate
 
     @property
-    def passages(self) -> int:
-        """Whole passages from the common start to the end of the record."""
-        return self.skipped + int(self.seconds / self.recorder.loop.scene.periods.passage + 1e-6)
-
-    def until(self, name: str, last: int) -> Series:
-        """Return a measure until ``last`` passages after the common start."""
-        return self.measures[name].until(last - self.skipped)
+    def implicit(self) -> bool:
+        """True if the planner chose the linearly implicit method."""
+        return self.fields.get("integrator") == "linearly_implicit"
 
     @property
     def work(self) -> float:
@@ -130,11 +126,11 @@ class Trial:
         return {name: self.error[name].margin(tolerance) for name, tolerance in tolerances.items()}
 
     def needed(self, tolerances: Mapping[str, float], longest: float) -> float:
-        """Return the length of the record for all tolerances, s, at least `least_record`."""
-        return max(self.growth(tolerances) * self.seconds, least_record(self.recorder.loop.scene, longest))
+        """Return the length of the record for all tolerances, s, at least `_least_record`."""
+        return max(self.growth(tolerances) * self.seconds, _least_record(self.recorder.loop.scene, longest))
 
 
-def least_record(scene: Scene, longest: float) -> float:
+def _least_record(scene: Scene, longest: float) -> float:
     """Return the least length of a record that may have converged, s; at most ``longest`` (s)."""
     return min(LEAST_TURNS * scene.periods.loop, longest)
 
@@ -169,11 +165,12 @@ class Plan(NamedTuple):
         trial, duration = self.chosen, self.duration
         while True:
             # scatter may fall faster than expected, if deviations of passages compensate each other
-            least = least_record(trial.recorder.loop.scene, trial.recorder.loop.scene.duration)
+            least = _least_record(trial.recorder.loop.scene, trial.recorder.loop.scene.duration)
             first = max(min(duration, TRIAL_GROWTH * trial.seconds), least)
             last = MOST_GROWN * max(duration, least)
+            judge = partial(_judge_record, trial.margins(self.tolerances), least)
             (recording, cut, means, reached), converged = record_until(
-                trial.recorder, first, _judge_record(trial.margins(self.tolerances), least), ANSWER_GROWTH, last
+                trial.recorder, first, judge, ANSWER_GROWTH, last
             )
             if converged or trial.recorder.finished:
                 break
@@ -204,27 +201,19 @@ class Plan(NamedTuple):
                 growth = max(ratios) ** 2 if np.isfinite(ratios).all() else inf
                 length = max(trial.seconds * growth, ANSWER_GROWTH * other.seconds)
                 plans.append((other.work * (length - other.seconds), other, length))
-        _, other, length = min(plans, key=lambda plan: plan[0])
-        return other, length
+        return min(plans, key=lambda plan: plan[0])[1:]
 
 
-def _judge_record(margins: Mapping[str, float], least: float) -> Callable[[Recording], tuple[tuple, bool]]:
-    """Return a judge of a record: its measures, the passages cut at its beginning, and whether it has converged.
-
-    ``least`` is the least length of the rest, s.
-    """
-
-    def judge(recording: Recording):
-        measures, passage, skipped = series(recording, margins), recording.periods.passage, 0
-        while drifts(rest := {name: measure.since(skipped) for name, measure in measures.items()}, margins):
-            skipped += max((int(recording.seconds / passage) - skipped) // 2, 1)
-        cut, means, reached = judge_series(rest, margins)
-        cut = max(cut, skipped)
-        long_enough = recording.seconds - cut * passage >= (1 - 1e-6) * least
-        reached = {name: value and long_enough for name, value in reached.items()}
-        return (recording, cut, means, reached), all(reached.values())
-
-    return judge
+def _judge_record(margins: Mapping[str, float], least: float, recording: Recording) -> tuple[tuple, bool]:
+    """Judge a record by its measures, without a drift at its beginning; at least ``least`` seconds must remain."""
+    measures, passage, skipped = series(recording, margins), recording.periods.passage, 0
+    while drifts(rest := {name: measure.between(skipped) for name, measure in measures.items()}, margins):
+        skipped += max((int(recording.seconds / passage) - skipped) // 2, 1)
+    cut, means, reached = judge_series(rest, margins)
+    cut = max(cut, skipped)
+    long_enough = recording.seconds - cut * passage >= (1 - 1e-6) * least
+    reached = {name: value and long_enough for name, value in reached.items()}
+    return (recording, cut, means, reached), all(reached.values())
 
 
 def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
@@ -273,14 +262,15 @@ def plan(
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, lead), "every_link": True}
     at_rest = loops(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     choices = settings(at_rest.scene, at_rest.model.step, method)
-    start, steady = _settled(_at_speed(at_rest, choices), choices, tolerances, longest)
+    start, steady = _settled(at_rest, choices, tolerances, longest)
     bound = longest if _scatter_needs(steady, tolerances, longest) <= longest else inf  # finer settings scatter alike
-    # implicit steps damp contacts and give no peaks
-    peaks = any(name.endswith("_peak") for name in tolerances)
-    choices = [trial for trial in choices if not trial.refused and not (peaks and _implicit(trial))]
+    peaks = any(name.endswith("_peak") for name in tolerances)  # implicit steps damp contacts and give none
+    choices = [trial for trial in choices if not trial.refused and not (peaks and trial.implicit)]
     passages, tried = float(LEAST_PASSAGES + 1), list[Trial]()
     for trial in choices:
-        tried.append(trial if trial is steady else _start(start, trial))
+        if trial is not steady:
+            _start(start, trial)
+        tried.append(trial)
         passages = _compare(tried, tolerances, passages, scene.periods, longest, bound)
         if chosen := _cheapest(tried, tolerances, bound):
             break
@@ -335,7 +325,7 @@ def _compare(
 def _undecided(running: list[Trial], chosen: Trial, tolerances: Mapping[str, float]) -> bool:
     """Return whether a coarser setting than the chosen one may prove sufficient during the least record."""
     scene = chosen.recorder.loop.scene
-    if chosen is not running[-1] or chosen.seconds >= least_record(scene, scene.duration):
+    if chosen is not running[-1] or chosen.seconds >= _least_record(scene, scene.duration):
         return False
     return any(
         all(trial.error[name].bias <= SETTING_SHARE * tolerance for name, tolerance in tolerances.items())
@@ -350,33 +340,21 @@ def _cheapest(tried: list[Trial], tolerances: Mapping[str, float], longest: floa
     return min(fitting, key=lambda trial: trial.work * max(lengths[trial] - trial.seconds, 0.0), default=None)
 
 
-def _implicit(trial: Trial) -> bool:
-    """Return whether the planner chose a linearly implicit method for a setting."""
-    return trial.fields.get("integrator") == "linearly_implicit"
+def _settled(rest: Loop, choices: list[Trial], tolerances: Mapping[str, float], longest: float) -> tuple[Loop, Trial]:
+    """Return the loop after its transient, and the first explicit setting that runs, with the record of a turn."""
 
-
-def _at_speed(at_rest: Loop, choices: list[Trial]) -> Loop:
-    """Return the loop at constant speed, by the cheapest setting that reaches it."""
-
-    def run(trial: Trial) -> Loop:
-        loop = at_rest.changed(**trial.fields)
+    def at_speed(trial: Trial) -> Loop:
+        loop = rest.changed(**trial.fields)
         loop.lead_in()
         return loop
 
     try:
-        return first_that_runs(choices, run)
+        base = first_that_runs(choices, at_speed)
     except TrackdynError as error:
         raise InputError(f"tolerance: {error}") from None
-
-
-def _settled(base: Loop, choices: list[Trial], tolerances: Mapping[str, float], longest: float) -> tuple[Loop, Trial]:
-    """Return the loop after its transient, and the first explicit setting that runs, with the record of a turn.
-
-    Raises `InputError`: no setting runs.
-    """
-    turn, pitches = least_record(base.scene, longest), base.scene.rig.chain.pitches
+    turn, pitches = _least_record(base.scene, longest), base.scene.rig.chain.pitches
     for trial in choices:
-        if _implicit(trial):
+        if trial.implicit:
             continue
         try:
             loop, turns = base.changed(**trial.fields), list[dict[str, float]]()
@@ -386,17 +364,16 @@ def _settled(base: Loop, choices: list[Trial], tolerances: Mapping[str, float], 
             start = loop.copy()
             trial.recorder, trial.cpu_s = _recorder(loop), 0.0
             _record(trial, tolerances, turn)
-            turns.append({name: values.until(pitches).estimate().value for name, values in trial.measures.items()})
+            turns.append({name: values.between(0, pitches).estimate().value for name, values in trial.measures.items()})
             if not trial.refused and (steady(turns, tolerances) or len(turns) == MOST_TURNS):
                 return start, trial
     raise InputError(_refusal(choices, tolerances, longest))
 
 
 def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]) -> bool:
-    """Return whether the measures of successive turns no longer drift by more than a share of their tolerances.
+    """Return whether the last two turns differ by at most `DRIFT` of the tolerances, or the sign of changes alternates.
 
-    The last two differ by at most `DRIFT` of the tolerance, or the last change has the other sign than the one before:
-    turns then scatter, and a longer lead-in would not help.
+    Turns then scatter, and a longer lead-in would not help.
     """
     for name, tolerance in tolerances.items():
         values = [turn[name] for turn in turns[-3:] if name in turn]
@@ -437,7 +414,7 @@ def _recorder(loop: Loop) -> Recorder:
     return Recorder(loop, scene.with_(lead_in=lead_in), checked=False, capacity=PEAK_TURNS * scene.periods.turn)
 
 
-def _start(start: Loop, trial: Trial) -> Trial:
+def _start(start: Loop, trial: Trial) -> None:
     """Begin the record of a setting."""
     try:
         loop = start.changed(**trial.fields)
@@ -445,7 +422,6 @@ def _start(start: Loop, trial: Trial) -> Trial:
         trial.recorder, trial.skipped = _recorder(loop), WARM_UP
     except TrackdynError as error:
         trial.refused = str(error)
-    return trial
 
 
 def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> None:
@@ -468,19 +444,23 @@ def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> No
 def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
     """Set the errors of settings from the limit that the two finest ones give.
 
-    The limit is beyond the finest setting by its difference from the coarser one; with the same method, of order 1,
-    that difference is weighted by `weight_of_finer`.
+    The limit is beyond the finest setting by its difference from the coarser one; with the same method by the share of
+    it that a method of order 1 leaves.
     """
     coarser, finest = running[-2:]
-    same_method = coarser.fields.get("integrator") == finest.fields.get("integrator")
-    weight = weight_of_finer(finest.recorder.loop.model.step, coarser.recorder.loop.model.step) if same_method else 1.0
-    last = min(trial.passages for trial in running)
+    fine, coarse = (trial.recorder.loop.model.step for trial in (finest, coarser))
+    weight = fine / (coarse - fine) if coarser.implicit == finest.implicit else 1.0
+    passage = finest.recorder.loop.scene.periods.passage
+    last = min(trial.skipped + int(trial.seconds / passage + 1e-6) for trial in running)  # passages since their start
     for name in tolerances:
-        measure = finest.until(name, last)
-        limit = extrapolated(measure, coarser.until(name, last), weight)
-        scale = scale_of(name, measure.estimate().value)
-        for trial in running:
-            trial.error[name] = total_error(trial.measures[name], trial.until(name, last), limit, scale)
+        common = {trial: trial.measures[name].between(0, last - trial.skipped) for trial in running}
+        limit = extrapolated(common[finest], common[coarser], weight)
+        scale = scale_of(name, common[finest].estimate().value)
+        for trial, run in common.items():
+            bias, bias_error = difference(run, limit)
+            _, error, half_width = trial.measures[name].estimate()
+            errors = abs(bias), COVERAGE * bias_error, half_width, COVERAGE * error
+            trial.error[name] = TotalError(*(value / scale for value in errors))
 
 
 def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> str:

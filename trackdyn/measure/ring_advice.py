@@ -7,6 +7,7 @@ from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.ring_rule import (
     ARCS,
     DECIDED,
+    MARGIN_PCT,
     NARROW,
     SPAN,
     DurationRule,
@@ -167,14 +168,13 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     sentences = []
     if serving := windows(rule.kept(table)):
         widest = max(serving, key=lambda window: window.last - window.first)
-        if rule.wear and widest.last - widest.first < rule.wear:
-            width = 1e3 * (widest.last - widest.first)
-            why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {width:.2g} mm"
+        if (width := widest.last - widest.first) < rule.wear:
+            why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {1e3 * width:.2g} mm"
         else:
             next_larger = rings[rings["ring_radius_m"] == widest.above]
             why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {_worst(next_larger)}"
         sentences.append(f"no ring of these serves: {'; '.join(map(str, serving))} keep {bound}, but {why}")
-        if widest.last - widest.first < NARROW:
+        if width < NARROW:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")
     else:
         sentences.append(f"no ring of these keeps {bound}")
@@ -200,9 +200,7 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
 
 def _by_durations(rings: pd.DataFrame, durations: DurationRule) -> str:
     """Return a sentence on the ring by the durations of the paper, and the force of a tooth with it."""
-    bounds = (
-        f"right arc below {TOUCHING:g} %, left arc at most a tooth's share of a turn and {durations.margin:g} points"
-    )
+    bounds = f"right arc below {TOUCHING:g} %, left arc at most a tooth's share of a turn and {MARGIN_PCT:g} points"
     radius = durations.radius(rings)
     rows = rings[rings["ring_radius_m"] == radius]
     force = f"; {_worst(rows)}" if len(rows) and rows["tooth_ratio"].notna().all() else ""
@@ -231,10 +229,8 @@ def compared(study: pd.DataFrame, rule: RingRule, durations: DurationRule) -> pd
     These are no ring, the one to choose and its neighbours, a millimetre or more away where there are such, the one by
     durations, and the one with the least force of a tooth.
     """
-    table = with_tooth_forces(study)
-    radii, chosen = sorted(table["ring_radius_m"].dropna().unique()), rule.radius(study)
-    worst = rule.worst(table)
-    names: dict[float, list[str]] = {}
+    table, names = with_tooth_forces(study), dict[float, list[str]]()
+    radii, chosen, worst = sorted(table["ring_radius_m"].dropna().unique()), rule.radius(study), rule.worst(table)
     below, above = ([r for r in radii if sign * (r - chosen) > 0] for sign in (-1, 1))
     for name, near, far in (
         ("smaller", below[-1:], [r for r in below if chosen - r >= 2 * NARROW - 1e-9][-1:]),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import ceil, floor
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -28,10 +28,6 @@ OTHER_FORCES = (0.3, 0.7)  # further shares of which the choice is reported
 # connectors that drive one after the other touch at least.
 MARGIN_PCT = 2.0
 ARCS = ("left", "right")
-# columns of `with_tooth_forces`
-TOOTH_COLUMNS = (
-    "tooth_peak_n", "tooth_peak_error_n", "tooth_rms_n", "tooth_ratio", "tooth_ratio_error", "tension_ratio",
-)  # fmt: skip
 WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
 COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # weighed by a choice
 RULE_COLUMNS = (
@@ -54,17 +50,11 @@ def condition_name(row) -> str:
 def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
     """Return a study with the force of a tooth, and its ratio to that without a ring at the same speed and load.
 
-    Parameters
-    ----------
-    study : pandas.DataFrame
-        A row per radius (m; NaN: no ring), speed and load (`conditions`), with columns of ``metrics.csv``.
-
-    Returns
-    -------
-    pandas.DataFrame
-        With `TOOTH_COLUMNS`: the larger of both arcs' mean peaks, its standard error and the larger RMS (N); the peak
-        over that without a ring and the standard error of the ratio (1); the tension of the strand over that without a
-        ring (1). NaN where a run, or the one without a ring, has no result.
+    ``study`` has a row per radius (m; NaN: no ring), speed and load (`conditions`), with columns of ``metrics.csv``.
+    Added are ``tooth_peak_n``, ``tooth_peak_error_n`` and ``tooth_rms_n``, the larger of both arcs' mean peaks, its
+    standard error and the larger RMS (N); ``tooth_ratio`` and ``tooth_ratio_error``, that peak over the one without a
+    ring and its standard error (1); ``tension_ratio``, the tension of the strand over that without a ring (1). They are
+    NaN where a run, or the one without a ring, has no result.
     """
     columns = (f"{arc}_{name}" for arc in ARCS for name in ("peak_n", "peak_error_n", "rms_n"))
     table = study.reindex(columns=dict.fromkeys((*study.columns, *columns, "settled_tension_n"))).copy()
@@ -122,30 +112,32 @@ def windows(kept: Mapping[float, bool]) -> list[Window]:
 class _Smallest:
     """A rule that takes the smallest ring that keeps its bound, as do those within `SPAN` above it."""
 
+    wear: float = 0.0
+
     def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
         """Return whether a ring keeps the bound at every speed it was run at, by its radius (m)."""
         raise NotImplementedError
 
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring can be chosen, by its radius (m): one that was run at every speed and load.
+        """Return whether a ring can be chosen, also when it has worn, by its radius (m).
 
-        Bounds are kept by this number of standard ``errors``, where the rule knows them.
+        It was run at every speed and load. Bounds are kept by this number of standard ``errors``.
         """
         by, keeps = conditions(study), self.kept(study, errors)
         count, runs = len(study.drop_duplicates(by)), study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"]
         counts = runs.value_counts()
+        first = {radius: window.first for window in windows(keeps) for radius in window.radii}
         return {
             radius: bool(counts[radius] == count)
             and all(keeps[other] for other in keeps if radius <= other <= radius * (1 + SPAN))
+            and radius - first[radius] >= self.wear - 1e-9
             for radius in keeps
         }
 
-    def radius(self, study: pd.DataFrame) -> float:
-        """Return the radius to choose, m; NaN if no ring of the study serves.
-
-        ``study`` has a row per radius (m; NaN: no ring) and speed, with columns of ``metrics.csv``.
-        """
-        return float(min((radius for radius, serves in self.serving(study).items() if serves), default=float("nan")))
+    def radius(self, study: pd.DataFrame, errors: float = 0.0) -> float:
+        """Return the radius to choose, m; NaN if no ring of a study (`with_tooth_forces`) serves."""
+        serves = self.serving(study, errors)
+        return float(min((radius for radius in serves if serves[radius]), default=float("nan")))
 
 
 @dataclass(frozen=True)
@@ -181,14 +173,6 @@ class RingRule(_Smallest):
         keeps = rings["tooth_ratio"] + errors * rings["tooth_ratio_error"].fillna(0.0) <= self.tooth_force
         return keeps.groupby(rings["ring_radius_m"]).all().to_dict()
 
-    def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring can be chosen, also when it has worn, by its radius (m)."""
-        first = {radius: window.first for window in windows(self.kept(study, errors)) for radius in window.radii}
-        return {
-            radius: serves and radius - first[radius] >= self.wear - 1e-9
-            for radius, serves in super().serving(study, errors).items()
-        }
-
     @staticmethod
     def worst(study: pd.DataFrame) -> pd.Series:
         """Return the largest force of a tooth at any speed over that without a ring, by radius (m); without NaN."""
@@ -197,8 +181,7 @@ class RingRule(_Smallest):
 
     def decided(self, study: pd.DataFrame) -> float:
         """Return the radius to choose if a bound must be kept by `DECIDED` of its standard errors, m; or NaN."""
-        serves = self.serving(study, DECIDED)
-        return float(min((radius for radius in serves if serves[radius]), default=float("nan")))
+        return self.radius(study, DECIDED)
 
     def refined(self, study: pd.DataFrame) -> list[float]:
         """Return radii, m, that would refine the choice of a study; empty if that is known to `NARROW`.
@@ -208,22 +191,16 @@ class RingRule(_Smallest):
         apart from the smallest that it may wear to, to `SPAN` above it.
         """
         radii = sorted(study["ring_radius_m"].dropna().unique())
-        serves, all_windows = self.serving(study), windows(self.kept(study))
-        chosen, more = self.radius(study), list[float]()
-        gaps = list[tuple[float, float]]()
-        if chosen == chosen:
-            window = next(window for window in all_windows if chosen in window.radii)
-            below = [radius for radius in radii if radius < chosen]
-            if below and not serves[below[-1]]:
-                gaps.append((below[-1], chosen))
-            gaps.append((window.below, window.first))
+        all_windows, chosen = windows(self.kept(study)), self.radius(study)
+        gaps, more = list[tuple[float, float]](), list[float]()
+        below = [radius for radius in radii if radius < chosen]
+        if below and not self.serving(study)[below[-1]]:
+            gaps.append((below[-1], chosen))
         for window in all_windows:
-            if chosen != chosen:
+            if chosen != chosen or chosen in window.radii:
                 gaps.append((window.below, window.first))
-            if window.last - window.first <= max(2 * NARROW, self.wear) and (
-                chosen != chosen or chosen in window.radii
-            ):
-                gaps.append((window.last, window.above))
+                if window.last - window.first <= max(2 * NARROW, self.wear):
+                    gaps.append((window.last, window.above))
             # where it would be the smallest that has worn by as much
             if self.wear and window.first + self.wear <= window.last:
                 more.append(window.first + self.wear + 0.5 * 10**-ROUNDED)
@@ -250,14 +227,13 @@ class RingRule(_Smallest):
 @dataclass(frozen=True)
 class DurationRule(_Smallest):
     """The paper's criterion, in numbers of ours: the smallest ring with which the right arc touches for less than
-    `TOUCHING` of a turn and the left one for at most a tooth's share, 100 % over ``teeth``, and ``margin`` points.
+    `TOUCHING` of a turn and the left one for at most a tooth's share, 100 % over ``teeth``, and `MARGIN_PCT` points.
     """
 
     teeth: int
-    margin: ClassVar[float] = MARGIN_PCT
 
     def kept(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
         """Return whether a ring keeps both bounds at every speed it was run at, by its radius (m)."""
         rings = study.dropna(subset="ring_radius_m")
-        keeps = (rings["right_share_pct"] < TOUCHING) & (rings["left_share_pct"] <= 100.0 / self.teeth + self.margin)
+        keeps = (rings["right_share_pct"] < TOUCHING) & (rings["left_share_pct"] <= 100.0 / self.teeth + MARGIN_PCT)
         return keeps.groupby(rings["ring_radius_m"]).all().to_dict()

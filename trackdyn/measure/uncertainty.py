@@ -10,7 +10,7 @@ import csv
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
-from math import cos, hypot, isqrt, pi, sin, sqrt, tan
+from math import cos, hypot, inf, isqrt, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,8 +29,7 @@ def batch_error(values) -> tuple[float, float]:
 
     It is that of overlapping batch means (Meketon and Schmeiser, Winter Simulation Conference, 1984, 227-230): batches
     of about the root of the number of values, so that neighbours are correlated, or make up for each other, only within
-    a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070). The interval is Student's with
-    `batch_degrees`. NaN for fewer than two values.
+    a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070). NaN for fewer than two values.
     """
     count, size = len(values), isqrt(len(values))
     if count < 2:
@@ -80,7 +79,7 @@ def welch_degrees(whole: float, *parts: tuple[float, int]) -> int:
     """Return the degrees of freedom of a ``whole`` standard error; ``parts`` are contributions and their degrees.
 
     They follow from the formula of Welch and Satterthwaite (JCGM 100:2008, G.4.1, rounded down); other contributions
-    have infinite degrees. Without parts `MANY_DEGREES`.
+    have infinite degrees.
     """
     if not whole > 0:
         return MANY_DEGREES
@@ -113,11 +112,11 @@ def turn_error(a, turn: float, statistic: Callable[[np.ndarray], float]) -> floa
 class LineError(NamedTuple):
     """Standard errors of frequency and amplitude of the highest bin and of the bin-free line."""
 
-    bin_hz: float
-    bin_amplitude: float
-    hz: float
-    amplitude: float
-    beyond_hz: float  # frequency of the line from the phases of the revolutions less the stated one, Hz
+    bin_hz: float = NAN
+    bin_amplitude: float = NAN
+    hz: float = NAN
+    amplitude: float = NAN
+    beyond_hz: float = NAN  # frequency of the line from the phases of the revolutions less the stated one, Hz
 
 
 def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
@@ -129,35 +128,29 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     numbers with the phase of the bin. The frequency of a bin has the standard uncertainty of a uniform distribution,
     the width of the bin over the root of 12 (JCGM 100:2008, 4.3.7).
 
-    ``a`` is a signal of ``rate_hz`` samples per second, ``bin_hz`` the highest bin (`spectra.main_line`), ``loop_hz``
-    the line (`spectra.main_line_binfree`). Errors are in Hz and the unit of the signal; NaN for amplitudes of fewer
-    than two whole revolutions, and for the frequency of fewer than three.
+    ``bin_hz`` is the highest bin (`spectra.main_line`), ``loop_hz`` the line (`spectra.main_line_binfree`). Amplitudes
+    need two whole revolutions, the frequency three; without these their errors are NaN.
     """
     a = np.asarray(a, dtype=float) - np.mean(a)
-    width = rate_hz / a.size
     edges = turn_edges(a.size, rate_hz / loop_hz)
-    count = len(edges) - 1
-    resolution = float(width / np.sqrt(12.0))
+    count, resolution = len(edges) - 1, float(rate_hz / a.size / np.sqrt(12.0))
     if count < 2:
-        return LineError(resolution, NAN, NAN, NAN, NAN)
+        return LineError(resolution)
     times = 0.5 * (edges[:-1] + edges[1:] - 1) / rate_hz
     first = _demodulated(a, rate_hz, edges, loop_hz)
     mean = first.mean()
     turned = first * np.conj(mean) / abs(mean)
-    amplitude = batch_error(turned.real)[0]
     hz, phase, since = NAN, turned.imag / abs(mean), times - times.mean()
     slope = float(since @ phase / (since @ since))
     if count > 2:
         residual = phase - phase.mean() - since * slope
         hz = float(np.sqrt(residual @ residual / (count - 2) / (since @ since)) / (2 * np.pi))
-    # harmonic of the loop of the bin
-    harmonic = max(1, round(bin_hz / loop_hz))
+    harmonic = max(1, round(bin_hz / loop_hz))  # of the loop, of the bin
     lines = first if harmonic == 1 else _demodulated(a, rate_hz, edges, harmonic * loop_hz)
     phase_factor = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
     complete = (lines * phase_factor).mean()
     scatter = ((lines - lines.mean()) * phase_factor * np.conj(complete) / abs(complete)).real
-    bin_amplitude = batch_error(scatter)[0]
-    return LineError(resolution, bin_amplitude, hz, amplitude, slope / (2 * np.pi))
+    return LineError(resolution, batch_error(scatter)[0], hz, batch_error(turned.real)[0], slope / (2 * np.pi))
 
 
 def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
@@ -187,13 +180,10 @@ class Series(NamedTuple):
     root: bool = False  # the measure is the root of the mean
     scale: float | None = None  # reference of its tolerances; None: its value
 
-    def since(self, first: int) -> "Series":
-        """Return the passages from ``first`` on."""
-        return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
-
-    def until(self, last: int) -> "Series":
-        """Return the passages before ``last``."""
-        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
+    def between(self, first: int = 0, last: float = inf) -> "Series":
+        """Return the passages from ``first`` on and before ``last``."""
+        inside = (self.passage >= first) & (self.passage < last)
+        return self._replace(values=self.values[inside], passage=self.passage[inside])
 
     def linear(self) -> np.ndarray:
         """Return (m,) values with the measure as mean, and its scatter to first order."""
@@ -214,12 +204,10 @@ class Series(NamedTuple):
         MSER (White, Simulation 69, 1997, 323-334) minimizes the standard error of the rest. At most half of the values
         are cut.
         """
-        values, count = self.values, len(self.values)
-        if count < 2:
+        if (count := len(self.values)) < 2:
             return 0
         remaining = np.arange(count, 0, -1)
-        total = np.cumsum(values[::-1])[::-1]
-        square = np.cumsum((values[::-1]) ** 2)[::-1]
+        total, square = (np.cumsum(values[::-1])[::-1] for values in (self.values, self.values**2))
         marginal = (square - total**2 / remaining) / remaining**2
         return int(self.passage[np.argmin(marginal[: count // 2 + 1])])
 
@@ -249,16 +237,6 @@ class TotalError(NamedTuple):
         return sqrt(rest**2 - self.bias_error**2) if rest > self.bias_error else 0.0
 
 
-def total_error(run: Series, common: Series, limit: np.ndarray, scale: float) -> TotalError:
-    """Return the total error of a measure of a run from its ``limit`` by passage (`extrapolated`).
-
-    ``common`` is the run over the passages of the limit, ``scale`` that of `catalogue.scale_of`.
-    """
-    bias, bias_error = difference(common, limit)
-    _, error, half_width = run.estimate()
-    return TotalError(*(value / scale for value in (abs(bias), COVERAGE * bias_error, half_width, COVERAGE * error)))
-
-
 def difference(run: Series, limit: np.ndarray) -> tuple[float, float]:
     """Return a measure of a run less its limit, over their common passages, and its standard error."""
     pairs = np.subtract(*paired(run.linear(), limit))
@@ -271,12 +249,11 @@ def judge_series(
     """Return the number of passages to cut, the measures of the rest, and whether they keep their tolerances.
 
     If all passages together keep the tolerances, none is cut; otherwise the longest transient of the measures with a
-    tolerance. A tolerance is kept if half of the 95 % interval is within it, and at least ``least``
-    passages count.
+    tolerance. A tolerance is kept if half of the 95 % interval is within it, and at least ``least`` passages count.
     """
     cut = max((measures[name].transient() for name in tolerances if name in measures), default=0)
     for first in dict.fromkeys((0, cut)):
-        rest = {name: measure.since(first) for name, measure in measures.items()}
+        rest = {name: measure.between(first) for name, measure in measures.items()}
         means = {name: measure.estimate() for name, measure in rest.items()}
         reached = {
             name: name in rest
@@ -314,11 +291,6 @@ class Limit(NamedTuple):
     values: np.ndarray  # (m,) by passage, whose mean is the limit
 
 
-def weight_of_finer(fine: float, coarse: float) -> float:
-    """Return the error of the finer of two steps (s) over their difference, by a method of order 1."""
-    return fine / (coarse - fine)
-
-
 def extrapolated(fine: Series, coarse: Series, weight: float) -> np.ndarray:
     """Extrapolate a measure (m,), by passage, beyond the finer of two runs by ``weight`` times their difference."""
     near, far = paired(fine.linear(), coarse.linear())
@@ -332,13 +304,9 @@ def limit_of(runs: Mapping[float, Series]) -> Limit:
     405-413). Its error combines the scatter over passages and the difference from the extrapolation of the next coarser
     pair of steps, which tests convergence; with only two steps, the difference from the finer one.
     """
-    steps = sorted(runs)
-
-    def limit(fine: float, coarse: float) -> np.ndarray:
-        return extrapolated(runs[fine], runs[coarse], weight_of_finer(fine, coarse))
-
-    values = limit(*steps[:2])
-    coarser = limit(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    steps = sorted(runs)[:3]
+    limits = [extrapolated(runs[fine], runs[coarse], fine / (coarse - fine)) for fine, coarse in pairwise(steps)]
+    values, coarser = [*limits, runs[steps[0]].linear()][:2]
     value, convergence = float(values.mean()), float(abs(values.mean() - coarser.mean()))
     return Limit(value, float(np.hypot(batch_error(values)[0], convergence)), convergence, values)
 
