@@ -66,7 +66,9 @@ def main() -> None:
     for name, rpm, ring in SCENES:
         scene, runs = Scene(load_rig(name), rpm, ring), []
         rms, fine = (recorded(scene.with_(step=scene.time_step / k), STEADY, 2 * LONGEST / k)[0] for k in (1, 4))
-        bias = np.subtract(*(values.between(0, 3 * scene.rig.chain.pitches - 1).estimate().value for values in (rms, fine)))
+        bias = np.subtract(
+            *(values.between(0, 3 * scene.rig.chain.pitches - 1).estimate().value for values in (rms, fine))
+        )
         limit = rms.estimate().value - 4 / 3 * bias
         for trial in settings(scene, scene.time_step, True)[:2]:  # finer ones cost more
             try:

@@ -30,7 +30,7 @@ _MODULES = {
     "export": "trackdyn.measure.export",
     "load_recording": "trackdyn.simulation.recording",
     "load_rig": "trackdyn.rig.rig",
-    "measures": "trackdyn.measure.tables",
+    "measures": "trackdyn.measure.export",
     "plan": "trackdyn.measure.planner",
     "read_sensor": "trackdyn.fieldtest.sensor_csv",
     "ring_study": "trackdyn.sweeps.ring",
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
     from trackdyn.measure.export import export as export
+    from trackdyn.measure.export import measures as measures
     from trackdyn.measure.planner import plan as plan
     from trackdyn.measure.ring_rule import RingRule as RingRule
     from trackdyn.measure.sensor import sense as sense
-    from trackdyn.measure.tables import measures as measures
     from trackdyn.plots.show import show as show
     from trackdyn.rig.rig import Rig as Rig
     from trackdyn.rig.rig import load_rig as load_rig

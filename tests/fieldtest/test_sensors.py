@@ -9,9 +9,9 @@ from trackdyn.fieldtest.compare import compare_with_sensor
 from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
+from trackdyn.measure.export import measures
 from trackdyn.measure.metrics import remarks
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.tables import measures
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import load_recording

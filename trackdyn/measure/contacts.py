@@ -99,15 +99,11 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
 
 
 def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the complete passage (or -1) of every row, and its first lasting contact (or NaN).
-
-    Rows are sorted by connector and start. Passages are separated by a pause of half the time that a connector runs
-    free in a loop revolution.
-    """
+    """Return the complete passage (or -1) of rows by connector and start, and its first lasting contact (or NaN)."""
     start, end, connector, period = rows["start_s"], rows["end_s"], rows["connector"], recording.periods
     if not len(start):
         return np.zeros(0, int), np.zeros(0)
-    pause = 0.5 * (period.loop - 0.5 * period.turn)
+    pause = 0.5 * (period.loop - 0.5 * period.turn)  # half the time that a connector runs free in a revolution
     apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
     begins = np.ones(len(start), bool)
     begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause

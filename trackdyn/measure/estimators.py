@@ -89,10 +89,9 @@ def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Serie
 def meshing_summary(recording: Recording) -> dict:
     """Return shares, phases and forces of a run, means over its complete passages with standard errors by batch means.
 
-    Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and those of each side. Forces over the
-    run are those of one connector (link), zero while it runs free. The largest force of all passages has no standard
-    error, since its expectation depends on their number (Coles, Introduction to Statistical Modeling of Extreme Values,
-    2001, ch. 3). Areas are those that the recorded connectors visit for 0.1 % of a turn or more per passage. Without a
+    Forces over the run are those of one connector (link), zero while it runs free. The largest force of all passages
+    has no standard error, since its expectation depends on their number (Coles, Introduction to Statistical Modeling of
+    Extreme Values, 2001, ch. 3). Areas are those that the recorded connectors visit for `LEAST_TOUCH_PCT`. Without a
     complete passage other numbers are NaN and areas empty; without contact shares and forces are 0 and phases NaN.
     """
     table = passage_arrays(recording)

@@ -34,11 +34,10 @@ EVENTS_WITH_RING = {
 
 
 def peaks(recording: Recording, side: str) -> pd.DataFrame:
-    """Return the largest force of every visit of an arc of one side to the sprocket, in order of release.
+    """Return ``end_s`` and ``peak_n`` of every visit of an arc of one side to the sprocket, in order of release.
 
-    The table has ``end_s`` since the beginning of the record, and ``peak_n``, over all contacts, however short. Visits
-    that an end of the record may cut are left out: contacts that are still open are not logged, and the rest of such a
-    visit may be an impact that rebounded.
+    Visits that an end of the record may cut are left out: contacts that are still open are not logged, and the rest of
+    such a visit may be an impact that rebounded.
     """
     rows, turn = pd.DataFrame(contacts(recording)), recording.periods.turn
     rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start_s"])
@@ -54,10 +53,9 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
 
 
 def passage_events(recording: Recording) -> pd.DataFrame:
-    """Return the times of the events of every complete passage (`passages`), in the order of C16 or C17 (ring).
+    """Return the times of events (columns) of complete passages (rows), in the order of C16 or C17 (ring).
 
-    Rows are passages, columns events; times are s since the first contact of the passage, NaN if the event does not
-    occur. ``out`` is the last contact of either arc.
+    They are s since the first contact of the passage, NaN if the event does not occur.
     """
     events = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
     table = passage_arrays(recording)
@@ -68,15 +66,12 @@ def passage_events(recording: Recording) -> pd.DataFrame:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Return median, mean and standard deviation of `passage_events` over complete passages, then `smoothed_maxima`.
-
-    The table has ``event, median_s, mean_s, sd_s`` (1/(n-1)) and the ``passages`` in which the event occurs; NaN for
-    too few.
-    """
+    """Return statistics of `passage_events` over complete passages, then `smoothed_maxima`."""
     return pd.concat([_over_passages(passage_events(recording)), smoothed_maxima(recording)], ignore_index=True)
 
 
 def _over_passages(times: pd.DataFrame) -> pd.DataFrame:
+    """Return ``event, median_s, mean_s, sd_s`` (1/(n-1)) and the ``passages`` in which it occurs; NaN for too few."""
     columns = {"median_s": times.median(), "mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
     return pd.DataFrame(columns).rename_axis("event").reset_index()
 
@@ -87,10 +82,7 @@ def event_times(recording: Recording) -> dict[str, float]:
 
 
 def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, int, np.ndarray]]:
-    """Yield side, first contact (s), first contact of the side (s), samples, column of the record and force (N).
-
-    One item per passage and side; the force is the mean over `RESOLUTION`.
-    """
+    """Yield side, its passage's first contact and its own (s), samples, column of the record and smoothed force (N)."""
     rig, width = recording.scene.rig, max(round(RESOLUTION * recording.rate), 1)
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     smoothed = uniform_filter1d(recording.force, width, axis=0)
@@ -110,8 +102,8 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
     0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of the load, and so do the
-    samples of the record from `RESOLUTION` after the first contact of that side on. The table is that of `mean_events`,
-    of the recorded connectors, with the most frequent ``area`` of the groove (1 to 10; 0 on the ring).
+    samples from `RESOLUTION` after the first contact of that side on. The table is that of `mean_events`, with the most
+    frequent ``area`` of the groove (1 to 10; 0 on the ring).
     """
     times: dict[str, list[float]] = {}
     areas: dict[str, list[int]] = {}

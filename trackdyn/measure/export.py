@@ -1,4 +1,4 @@
-"""Export of recordings: CSV for spreadsheets and pandas, ``.mat`` for MATLAB."""
+"""Tables of recordings: measures, contacts, and files for spreadsheets, pandas (CSV) and MATLAB (``.mat``)."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -11,6 +11,7 @@ from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.files import replacing, write_text
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.contacts import contacts
+from trackdyn.measure.metrics import shown_measures
 from trackdyn.model.arrays import SIDES
 from trackdyn.simulation.recording import Recording, as_list
 
@@ -20,6 +21,31 @@ DIGITS = "%.12g"
 MAT_HEADER = b"MATLAB 5.0 MAT-file, written by trackdyn; its variable origin names rig and scene".ljust(116)
 # comment of a file, which distinguishes it from a measurement
 SYNTHETIC = "synthetic, not measured"
+
+
+class Measures(pd.DataFrame):
+    """Table of measures that prints all rows and columns."""
+
+    def __repr__(self) -> str:
+        return self.to_string(float_format="{:.5g}".format, na_rep="-")
+
+    __str__ = __repr__
+
+
+@typed
+def measures(recording: Recording) -> pd.DataFrame:
+    """Return the measures of a run, such as ``measures(recording).loc["rms_g", ["value", "error"]]``.
+
+    One row per measure with its name as index, such as ``rms_g`` or ``left_share_pct``, and the columns ``value``,
+    ``error`` (standard error of scatter and step), ``half_width`` (half of the 95 % interval), both NaN if unknown,
+    ``unit`` and ``measure``, a description. Measures are RMS, SD and lines of the acceleration; contact durations and
+    peaks of the sprocket's arcs and the ring, if the scene logs contacts; sliding work. Measures that need a longer
+    run are left out. A rig with several sensors has one row per measure of the acceleration and sensor, whose name is
+    in one more column, ``sensor``.
+    """
+    table, errors = pd.DataFrame(shown_measures(recording)).set_index("name"), ["error", "half_width"]
+    columns = ["value", *errors, "unit", "measure", *table.columns[5:]]
+    return Measures(table.astype(dict.fromkeys(errors, float))[columns])
 
 
 def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd.DataFrame:

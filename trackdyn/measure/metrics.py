@@ -69,8 +69,18 @@ def shown_measures(recording: Recording) -> list[dict]:
     are NaN are left out. With several sensors a row has the name of its ``sensor``, too, empty for other measures.
     """
     rows, row, total = [], run_metrics("", recording), total_errors(recording.scene)
-    names, degrees = list(recording.scene.rig.sensors), _degrees(recording, int(row["passages"]))
+    names, periods = list(recording.scene.rig.sensors), recording.periods
     several = {name: sensor_row(recording, name) for name in names} if len(names) > 1 else {}
+    of_turns = Sensed(np.zeros(len(recording.time)), recording.rate, periods.loop_hz).degrees
+    whole = int(recording.seconds / periods.passage + 1e-6) if periods.loop_hz else 0
+
+    def degrees(column: str) -> int:
+        """Return the degrees of freedom of the standard error of a column, over turns or batches of passages."""
+        measure = BY_COLUMN.get(column)
+        if measure in ACCELERATION:
+            return of_turns(column)
+        return batch_degrees(int(row["passages"]) if measure and isinstance(measure.estimator, Passages) else whole)
+
     for name in SHOWN:
         _, unit, text, its_error = described(name)
         sensed = {sensor: columns for sensor, columns in several.items() if name in columns}
@@ -86,26 +96,11 @@ def shown_measures(recording: Recording) -> list[dict]:
     return rows
 
 
-def _degrees(recording: Recording, passages: int) -> Callable[[str], int]:
-    """Return a function of a column of a run: degrees of freedom of its standard error, over turns or batches."""
-    sensed = Sensed(np.zeros(len(recording.time)), recording.rate, recording.periods.loop_hz)
-    whole = int(recording.seconds / recording.periods.passage + 1e-6) if recording.periods.loop_hz else 0
-
-    def degrees(column: str) -> int:
-        measure = BY_COLUMN.get(column)
-        if measure in ACCELERATION:
-            return sensed.degrees(column)
-        return batch_degrees(passages if measure and isinstance(measure.estimator, Passages) else whole)
-
-    return degrees
-
-
 def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
-    """Return a function of column, value and standard error in a run of a scene: the error including the step's.
+    """Return a function of column, value and standard error (or half of an interval): the error including the step's.
 
-    Given half of a 95 % interval it returns that including the step error. The step error is the largest known one, in
-    proportion to the step; other rigs than the included ones may have a larger one, which `step_check` bounds. NaN if
-    the standard error or the step error is unknown; a value of zero has the standard error.
+    The step error is the largest known one, in proportion to the step; other rigs than the included ones may have a
+    larger one, which `step_check` bounds. NaN if one of the two is unknown; a value of zero has the standard error.
     """
     ratio = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
     ratio = ratio if scene.chain == "belt" or scene.integrator in STUDIED_METHODS else nan
@@ -135,11 +130,7 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 
 
 def remarks(recording: Recording) -> list[str]:
-    """Return warnings on the numbers of a run.
-
-    They are on accelerations beyond the range of a sensor; a transient that has not decayed; the unit g of a rig that
-    is not on the earth.
-    """
+    """Return warnings on the numbers of a run: on ranges of sensors, a transient, and g of a rig not on the earth."""
     scene = recording.scene
     count = 1 if scene.every_link else len(recording.sensors)
     sentences = list(filter(None, (_range_sentence(recording, sensor) for sensor in range(count))))
@@ -165,11 +156,7 @@ def _range_sentence(recording: Recording, sensor: int) -> str:
 
 
 def _drift_sentence(recording: Recording, sensor: int) -> str:
-    """Return a warning on a record whose turns drift; empty if they only scatter, or are few.
-
-    They drift if the last turn differs from the first by more than the error of the RMS, and their slope is significant
-    at `SLOPE_CONFIDENCE` (Student's test).
-    """
+    """Return a warning if turns differ by more than the error of the RMS, with a significant slope; else empty."""
     scene, name = recording.scene, list(recording.sensors)[sensor]
     if scene.chain == "belt" or not recording.periods.loop_hz:
         return ""
@@ -183,11 +170,8 @@ def _drift_sentence(recording: Recording, sensor: int) -> str:
     error = total_errors(scene)("rms_g", float(values.mean()), scatter)
     error = error if error == error else scatter  # a linearly implicit step has no known error
     change = float(values[-1] - values[0])
-    since = np.arange(count) - 0.5 * (count - 1)
-    slope = float(since @ values / (since @ since))
-    residual = values - values.mean() - slope * since
-    slope_error = sqrt(float(residual @ residual) / (count - 2) / float(since @ since))
-    significant = abs(slope) > student(count - 2, SLOPE_CONFIDENCE) * slope_error
+    (slope, _), covariance = np.polyfit(np.arange(count), values, 1, cov=True)
+    significant = abs(slope) > student(count - 2, SLOPE_CONFIDENCE) * sqrt(covariance[0, 0])
     if not abs(change) > error or not significant or change * slope < 0:
         return ""
     of_sensor = f" of {name}" if len(recording.sensors) > 1 else ""

@@ -9,7 +9,8 @@ LEAST_PERIODS = 2.0  # periods of a line in its record
 LOW_RANGE_HZ = 2.0  # range that is drawn line by line
 BAND_HZ = 2.0  # width of the bands over the whole range, to half a turn of the loop
 _HARMONICS = 8
-MOST_TERMS = 100_000_000  # fundamentals times samples, beyond which scipy.signal is faster in spite of its import
+# fundamentals times samples, some ten minutes at 1 kHz, beyond which scipy.signal is faster in spite of its import
+MOST_TERMS = 100_000_000
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
 
@@ -62,11 +63,9 @@ def holds_line(samples: int, rate_hz: float, hz: float) -> bool:
 def main_line(a, rate_hz: float, loop_hz: float) -> tuple[float, float]:
     """Return frequency (Hz) and amplitude of the highest bin of `spectrum` within half of ``loop_hz`` (Hz) around it.
 
-    Both have a scalloping loss; see `main_line_binfree`. The search always includes the bins on both sides of
-    ``loop_hz``.
+    Both have a scalloping loss; see `main_line_binfree`. The bins on both sides of ``loop_hz`` are included.
     """
-    a = _signal(a)
-    half = max(0.5 * loop_hz, rate_hz / a.size)
+    half = max(0.5 * loop_hz, rate_hz / _signal(a).size)
     return highest_line(a, rate_hz, loop_hz - half, loop_hz + half)
 
 
@@ -111,16 +110,13 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     if harmonics < 1 or 2 * harmonics + 1 >= a.size:
         raise InputError(f"{expected_hz:g} Hz is too high for a sampling rate of {rate_hz:g} Hz: sample faster.")
 
+    def fitted(hz, sums=_fourier_sums):
+        return _fit_harmonics(sums(a, hz, rate_hz, harmonics), hz, rate_hz, a.size)
+
     points = 2 * int(np.ceil(half_width / bin_hz * harmonics * _GRID_PER_LOBE)) + 1
     grid = np.linspace(expected_hz - half_width, highest, points)
-
-    start = grid[np.argmax(_fit_harmonics(_grid_sums(a, grid, rate_hz, harmonics), grid, rate_hz, a.size)[0])]
-
-    def fitted(hz):
-        return _fit_harmonics(_fourier_sums(a, hz, rate_hz, harmonics), hz, rate_hz, a.size)
-
     # vertices of parabolas through three points that approach each other; `scipy.optimize` takes 0.2 s to import
-    hz, step = start, grid[1] - grid[0]
+    hz, step = grid[np.argmax(fitted(grid, _grid_sums)[0])], grid[1] - grid[0]
     while step > 1e-7 * bin_hz:
         below, middle, above = fitted(hz + step * np.array([-1.0, 0.0, 1.0]))[0]
         bend = 2.0 * middle - below - above
@@ -178,11 +174,7 @@ def _signal(a):
 
 
 def _grid_sums(a, grid, rate_hz, harmonics):
-    """Return `_fourier_sums` at equally spaced fundamentals (m,).
-
-    The sums cost m N, the chirp z-transform (m + N) log(m + N). But the import of `scipy.signal` takes 0.8 s, so that
-    only records of more than some ten minutes at 1 kHz gain by it.
-    """
+    """Return `_fourier_sums` at equally spaced fundamentals (m,); of long records by the chirp z-transform."""
     if grid.size * a.size <= MOST_TERMS:
         return _fourier_sums(a, grid, rate_hz, harmonics)
     ends = np.multiply.outer(np.arange(1, harmonics + 1), grid[[0, -1]])
@@ -190,11 +182,8 @@ def _grid_sums(a, grid, rate_hz, harmonics):
 
 
 def _fourier_sums(a, hz, rate_hz, harmonics):
-    """Return the Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
-
-    Phases count from the first sample. The phase of a sample is that of its block plus that within the block, so that
-    twice the root of N exponentials suffice for N samples.
-    """
+    """Return the (m, harmonics) Fourier sums of ``a`` at fundamentals (m,), with phases from the first sample."""
+    # the phase of a sample is that of its block plus that in the block: twice the root of N exponentials suffice
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)
     phase_step = -2j * np.pi / rate_hz * np.multiply.outer(hz, np.arange(1, harmonics + 1))[..., None]
@@ -204,10 +193,9 @@ def _fourier_sums(a, hz, rate_hz, harmonics):
 
 
 def _fit_harmonics(correlation, hz, rate_hz, n):
-    """Fit offset and harmonics to a mean-free signal by least squares, for several fundamentals ``hz`` (m,) at once.
+    """Fit offset and harmonics to a mean-free signal by least squares, at fundamentals ``hz`` (m,), from Fourier sums.
 
-    ``correlation`` (m, H) are Fourier sums at 1..H times each fundamental. Returns the (m,) sums of squares of the fit,
-    and (m, 2 H + 1) coefficients of harmonics -H..H, with time zero in the middle of the record.
+    Return the (m,) sums of squares, and (m, 2 H + 1) coefficients with time zero in the middle of the record.
     """
     order = np.arange(1, correlation.shape[1] + 1)
     # With time counted from the middle the normal matrix is real: Dirichlet kernels.

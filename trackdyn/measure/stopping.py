@@ -69,8 +69,7 @@ def without_beginning(recording: Recording, seconds: float) -> Recording:
 def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None) -> tuple[Recording, bool]:
     """Run a scene until its contacts have converged, or for its duration; return the recording, and True if they have.
 
-    ``starts`` are as in `simulate`. Convergence is that of `judge_series`. The recording begins two thirds of a turn of
-    the sprocket before the first passage that counts.
+    The recording begins two thirds of a turn of the sprocket before the first passage that counts.
     """
 
     def judge(recording: Recording) -> tuple[Recording, bool]:

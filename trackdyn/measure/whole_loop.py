@@ -30,22 +30,14 @@ def every_ay(recording: Recording) -> np.ndarray:
     return sensor_signal(recording.mean[:, len(rig.sensors) :], rig, rig.first_sensor.range)[..., 1]
 
 
-def passage_edges(recording: Recording) -> np.ndarray:
-    """Return the (m + 1,) edges of the m whole passages of a record, in samples; `InputError` if there is none."""
-    edges = _edges(recording)
-    if len(edges) < 2:
-        passage = recording.periods.passage
-        raise InputError(f"recording: {recording.seconds:g} s are shorter than a passage of {passage:.4g} s")
-    return edges
-
-
-def _edges(recording: Recording) -> np.ndarray:
-    """Return `passage_edges`, or one edge for a record without a whole passage."""
+def passage_edges(recording: Recording, required: bool = True) -> np.ndarray:
+    """Return the (m + 1,) edges of the m whole passages of a record, in samples; `InputError` if a required one is missing."""
     passage = recording.periods.passage
-    if not recording.seconds + 1e-6 * passage >= passage:  # also at rest, where it is not a number
-        return np.zeros(1, int)
-    edges = np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage
-    return np.rint(edges * recording.rate).astype(int)
+    if recording.seconds + 1e-6 * passage >= passage:  # not at rest, where it is not a number
+        return np.rint(np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage * recording.rate).astype(int)
+    if required:
+        raise InputError(f"recording: {recording.seconds:g} s are shorter than a passage of {passage:.4g} s")
+    return np.zeros(1, int)
 
 
 def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np.ndarray, np.ndarray]:
@@ -66,8 +58,7 @@ def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np
 def stitch(recording: Recording, first: int = 0, ay: np.ndarray | None = None) -> np.ndarray:
     """Return the (k,) y acceleration (g) of one link over a revolution from the records of all links in a passage.
 
-    The passage begins at sample ``first``. The scene has ``every_link``; ``ay`` is `every_ay` of the recording, by
-    default computed. Raises `InputError` as `revolution_samples`.
+    It begins at sample ``first``; ``ay`` is `every_ay` of the recording. Raises `InputError` as `revolution_samples`.
     """
     ay = every_ay(recording) if ay is None else ay
     return ay[revolution_samples(recording, first, ay.shape[1])]
@@ -127,7 +118,7 @@ def work_series(recording: Recording) -> dict[str, Series]:
     turn = recording.periods.turn
     work = {"teeth_sliding_j": (TOOTH_FRICTION, 1), "ring_sliding_j": (RING_FRICTION, 1),
             "motor_power_w": (SPROCKET_WORK, 1 / turn)}  # fmt: skip
-    edges = _edges(recording)
+    edges = passage_edges(recording, required=False)
     rows = recording.energy[edges[edges < len(recording.energy)]]
     teeth = recording.scene.rig.sprocket.teeth
     measures = {name: teeth * factor * np.diff(rows[:, entry]) for name, (entry, factor) in work.items()}
@@ -137,23 +128,20 @@ def work_series(recording: Recording) -> dict[str, Series]:
 def work_measures(recording: Recording) -> dict[str, float]:
     """Return friction work on the teeth and on the ring per turn of the sprocket, J, and mean motor power, W.
 
-    Keys are ``teeth_sliding_j``, ``ring_sliding_j`` and ``motor_power_w``, and those of their standard errors by batch
-    means over passages of a pitch; NaN for a record without a whole passage.
+    Each is followed by its standard error over passages of a pitch; NaN for a record without a whole passage.
     """
     values: dict[str, float] = {}
     for name, measure in work_series(recording).items():
-        value, error, _ = measure.estimate()
-        values |= {name: value, BY_COLUMN[name].column.error: error}
+        values[name], values[BY_COLUMN[name].column.error], _ = measure.estimate()
     return values
 
 
 def mobilised_friction(recording: Recording) -> Estimate:
     """Return tangential over normal force of the ring on all links, absolute values integrated over whole passages (1).
 
-    It is the mobilised coefficient of friction, between 0 and the static one, and compares laws of friction with
-    different parameters. NaN without a whole passage, or without load on the ring.
+    It is between 0 and the static friction, and compares its laws. NaN without a whole passage, or load on the ring.
     """
-    edges = _edges(recording)
+    edges = passage_edges(recording, required=False)
     if len(edges) < 2 or not recording.ring_force[: edges[-1]].any():
         return Estimate(NAN, NAN, NAN)
     normal, tangential = np.add.reduceat(recording.ring_force[: edges[-1]], edges[:-1]).T
