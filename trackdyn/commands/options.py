@@ -5,8 +5,7 @@ import re
 import shlex
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,13 +17,6 @@ from trackdyn.inputs.files import check_writable
 from trackdyn.measure.catalogue import TOLERATED
 
 DEFAULT_RIG = "paper"
-
-
-@dataclass(frozen=True)
-class Ring:
-    """Rubber ring of an option: its radius in m, or None for no ring."""
-
-    radius: float | None
 
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
@@ -70,43 +62,38 @@ def number(name: str, help: str) -> Any:
     return parsed(name, lambda text: parse_number(name, text), "NUMBER", help)
 
 
-def _parse_ring(text: str) -> Ring:
+def _parse_ring(text: str | float) -> float:
+    """Parse a radius, return m; NaN for no ring. Raises `InputError`: it is no number."""
     accepted = "must be a radius in m, such as 0.308, or none"
-    return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
+    return nan if text == "none" else parse_number("--ring-radius", text, accepted)
 
 
-def share_parser(name: str, example: str, whole: bool = False) -> Callable[[str | float], float]:
-    """Return a parser of ``2%``, ``0.02`` or 0.02 as a share between 0 and 1 (1 included if ``whole``)."""
-
-    def parse(text: str | float) -> float:
-        number, percent = str(text).strip().removesuffix("%"), str(text).strip().endswith("%")
-        accepted = f"must be {'above 0 and at most 1' if whole else 'between 0 and 1'}, such as {example}"
-        share = parse_number(name, number, accepted) / (100 if percent else 1)
-        if 0 < share < 1 or (whole and share == 1):
-            return share
-        raise InputError(f"{name} = {shown(text)}: {accepted}")
-
-    return parse
+def parse_share(name: str, text: str | float, example: str, whole: bool = False) -> float:
+    """Parse ``2%``, ``0.02`` or 0.02 as a share between 0 and 1 (1 included if ``whole``), else `InputError`."""
+    number, percent = str(text).strip().removesuffix("%"), str(text).strip().endswith("%")
+    accepted = f"must be {'above 0 and at most 1' if whole else 'between 0 and 1'}, such as {example}"
+    share = parse_number(name, number, accepted) / (100 if percent else 1)
+    if 0 < share < 1 or (whole and share == 1):
+        return share
+    raise InputError(f"{name} = {shown(text)}: {accepted}")
 
 
-def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:
-    def parse(text: str | Path) -> Path:
-        if (path := Path(text)).suffix not in endings:
-            accepted = f"the name must end in {' or '.join(endings)}"
-            raise InputError(f"{name} = {shown(str(path))}: {accepted}")
-        return path
-
-    return parse
+def _parse_file(name: str, text: str | Path, endings: tuple[str, ...]) -> Path:
+    if (path := Path(text)).suffix not in endings:
+        raise InputError(f"{name} = {shown(str(path))}: the name must end in {' or '.join(endings)}")
+    return path
 
 
 def file_argument(help: str, *endings: str) -> Any:
     """Return the argument OUT, a file to write with one of some endings."""
-    return typer.Argument(parser=_parse_file("OUT", endings), metavar="OUT", help=f"{help} ({', '.join(endings)}).")
+    help = f"{help} ({', '.join(endings)})."
+    return typer.Argument(parser=lambda text: _parse_file("OUT", text, endings), metavar="OUT", help=help)
 
 
 def file_option(name: str, help: str, *endings: str) -> Any:
     """Return an option of a file to write with one of some endings."""
-    return parsed(name, _parse_file(name, endings), "FILE", f"{help} ({', '.join(endings)}).")
+    help = f"{help} ({', '.join(endings)})."
+    return parsed(name, lambda text: _parse_file(name, text, endings), "FILE", help)
 
 
 def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0) -> None:
@@ -138,15 +125,18 @@ RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help=_RIG, autocom
 RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG, autocompletion=_rigs)]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 _RING = "Radius of the rubber ring in m, or none; the rig's by default."
-RingRadius = Annotated[Ring | None, parsed("--ring-radius", _parse_ring, "NUMBER|none", _RING)]
+RingRadius = Annotated[float | None, parsed("--ring-radius", _parse_ring, "NUMBER|none", _RING)]
 _LOAD = "Pull of the chain by a brake, such as 3kN; the rig's, usually none, by default."
 Load = Annotated[float | None, parsed("--load", parse_load, "FORCE", _LOAD)]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 _SHARE = "2% or 0.02"
 Tolerance = Annotated[
     float | None,
-    parsed("--tolerance", share_parser("--tolerance", _SHARE), "SHARE", f"Error of a measure, such as {_SHARE}."),
-]
+    parsed(
+        "--tolerance", lambda text: parse_share("--tolerance", text, _SHARE), "SHARE",
+        f"Error of a measure, such as {_SHARE}.",
+    ),
+]  # fmt: skip
 _MEASURES = f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}."
 Measures = Annotated[list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=_measures)]
 _PITCHES = "Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default."
@@ -190,22 +180,3 @@ def _words(fields: str) -> str:
             text = f"{key}={item}" if key else str(item)
             words += [option_of(name)] if item is True else [option_of(name), shlex.quote(text)]
     return " ".join(words)
-
-
-def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:
-    """Return the fields of a scene that options state. Raises `InputError`: a choice of fidelity is unknown."""
-    from trackdyn.scene.choices import CHOICES
-
-    fields: dict[str, Any] = {} if ring is None else {"ring_radius": ring.radius}
-    if step is not None:
-        fields["step"] = step
-    for pair in choose or []:
-        name, _, value = pair.partition("=")
-        if name not in CHOICES or not value:
-            raise InputError(
-                f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
-            )
-        fields[name] = value
-        if (name, value) == ("chain", "belt"):
-            fields |= {"ring_radius": None, "contact_log": False}
-    return fields

@@ -2,12 +2,12 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from trackdyn.commands import console, options
-from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.errors import InputError, shown
 
 
 def simulate(
@@ -54,15 +54,24 @@ def simulate(
 
     from trackdyn.jit import announce
     from trackdyn.rig.rig import foreign_groove, load_rig
+    from trackdyn.scene.choices import CHOICES
     from trackdyn.scene.scene import Scene
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
-    loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
-    fields |= {"pitches": pitch} if pitch else {}
-    fields |= {} if load is None else {"load": load}
-    if rate is not None:
-        loaded = loaded.sampled(rate)
+    stated = {"ring_radius": ring_radius, "step": step, "pitches": pitch or None, "load": load}
+    fields: dict[str, Any] = {name: value for name, value in stated.items() if value is not None}
+    if ring_radius != ring_radius:
+        fields["ring_radius"] = None
+    for pair in choose or []:
+        name, _, value = pair.partition("=")
+        if name not in CHOICES or not value:
+            names = ", ".join(CHOICES)
+            raise InputError(f"--choose = {shown(pair)}: expected name=setting with one of the names {names}")
+        fields[name] = value
+        if (name, value) == ("chain", "belt"):
+            fields |= {"ring_radius": None, "contact_log": False}
+    loaded = load_rig(rig) if rate is None else load_rig(rig).sampled(rate)
     scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if foreign := foreign_groove(loaded, rig):
         console.warn(foreign)
@@ -76,8 +85,20 @@ def simulate(
     if tolerance is None:
         _for_its_duration(scene, out, quiet)
         return
+    from trackdyn.measure.planner import plan
+
     free = preset is None and not {"step", "integrator"} & fields.keys()
-    if not _until_converged(scene, dict.fromkeys(measure or ["rms"], tolerance), longest, free, out, quiet):
+    planned = plan(scene, dict.fromkeys(measure or ["rms"], tolerance), longest, free)
+    if not quiet:
+        console.plan(planned)
+        console.decisions(planned.scene)
+    answer = planned.run()
+    answer.recording.save(out)
+    console.tension(planned.scene, answer.recording, False)
+    console.load(answer.recording)
+    console.remarks(answer.recording)
+    console.answer(answer)
+    if not answer.converged:
         raise InputError(
             f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has the run so far"
         )
@@ -100,20 +121,3 @@ def _for_its_duration(scene, out: Path, quiet: bool) -> None:
             console.measures(recording, shown_measures(recording))
         else:
             console.warn(f"{out} has one sample, and no measures")
-
-
-def _until_converged(scene, tolerances: dict[str, float], longest: float, free: bool, out: Path, quiet: bool) -> bool:
-    """Record a scene until its measures are within ``tolerances`` (`planner.plan`); return whether they are."""
-    from trackdyn.measure.planner import plan
-
-    planned = plan(scene, tolerances, longest, free)
-    if not quiet:
-        console.plan(planned)
-        console.decisions(planned.scene)
-    answer = planned.run()
-    answer.recording.save(out)
-    console.tension(planned.scene, answer.recording, False)
-    console.load(answer.recording)
-    console.remarks(answer.recording)
-    console.answer(answer)
-    return answer.converged

@@ -27,11 +27,11 @@ CAPTIONS = {  # of the pictures on the page
 }
 
 
-_parse_share = options.share_parser("--tooth-force", "0.5 or 50%", whole=True)
+def _parse_share(text: str | float) -> float:
+    return options.parse_share("--tooth-force", text, "0.5 or 50%", whole=True)
 
 
 def _parse_wear(text: str | float) -> float:
-    """Parse ``2mm`` or ``0.002m``, return m. Raises `InputError`: it is no length from 0 on."""
     accepted = "must be a length from 0 on with its unit, such as 2mm"
     return options.parse_quantity("--wear", text, {"mm": 1e-3, "m": 1.0}, accepted)
 

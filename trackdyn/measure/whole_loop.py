@@ -31,7 +31,7 @@ def every_ay(recording: Recording) -> np.ndarray:
 
 
 def passage_edges(recording: Recording, required: bool = True) -> np.ndarray:
-    """Return the (m + 1,) edges of the m whole passages of a record, in samples; `InputError` if a required one is missing."""
+    """Return the (m + 1,) edges of the m whole passages of a record, in samples; `InputError` if one is missing."""
     passage = recording.periods.passage
     if recording.seconds + 1e-6 * passage >= passage:  # not at rest, where it is not a number
         return np.rint(np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage * recording.rate).astype(int)

@@ -4,6 +4,7 @@ import base64
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -41,12 +42,12 @@ def figures(
         title = f"{words} of the normal force over the run"
         drawn[f"fig23_{letter}"] = _panels(study, columns, f"{words} of the normal force (N)", title, marks)[0]
     columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in SIDE_NAMES.items()}
-    figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
+    figure, ax, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
     large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
     if steady and large:
-        axes[0].plot([large[0], large[-1]], [steady[0]] * 2, **PRINTED, marker="", linewidth=1.4)
+        ax.plot([large[0], large[-1]], [steady[0]] * 2, **PRINTED, marker="", linewidth=1.4)
         above = {"xytext": (0, 5), "textcoords": "offset points", "ha": "right"}
-        axes[0].annotate(f"printed: near {steady[0]:g} %", (large[-1], steady[0]), **above)
+        ax.annotate(f"printed: near {steady[0]:g} %", (large[-1], steady[0]), **above)
     return drawn | {"fig24": figure}
 
 
@@ -60,24 +61,14 @@ def sliding_figure(study: pd.DataFrame, marks: Mapping[str, float]) -> Figure:
 def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequence[Window]) -> Figure:
     """Draw mean peak forces of a tooth (the larger arc's) and of the ring over its radius; no ring is a line.
 
-    Parameters
-    ----------
-    study : pandas.DataFrame
-        As that of `with_tooth_forces`.
-    limit : float
-        Share of the force without a ring that a tooth may bear (1); drawn for every speed.
-    chosen : float
-        Radius of the recommended ring, m; NaN: none.
-    kept : sequence of Window
-        Radii with which a tooth bears no more than that; shaded.
+    ``study`` is as that of `with_tooth_forces`, ``limit`` the share of the force without a ring that a tooth may bear,
+    ``chosen`` the radius of the recommended ring (m; NaN: none). Radii ``kept`` within the limit are shaded.
     """
     figure = new_figure(4.2, PAGE)
     tooth, ring = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     named = list[tuple[float, str, str]]()
-    for i, (name, runs) in enumerate(_series(study)):
+    for name, runs, look in _series(study):
         rows, bare = runs.dropna(subset="ring_radius_m"), runs.loc[runs["ring_radius_m"].isna(), "tooth_peak_n"] / 1e3
-        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
-        look |= {"linestyle": DASHES[i % len(DASHES)]}
         for ax, column in ((tooth, "tooth_peak_n"), (ring, "ring_peak_n")):
             error = rows.get(column.replace("_n", "_error_n"), pd.Series(0.0, rows.index)).fillna(0.0)
             ax.errorbar(rows["ring_radius_m"], rows[column] / 1e3, error / 1e3, **look, label=name)
@@ -114,10 +105,13 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
     return figure
 
 
-def _series(study: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Return the rows of every speed and load, by radius, with their names; no ring is first."""
-    ordered = study.sort_values("ring_radius_m", na_position="first")
-    return [(condition_name(rows.iloc[0]), rows) for _, rows in ordered.groupby(conditions(study))]
+def _series(study: pd.DataFrame) -> list[tuple[str, pd.DataFrame, dict[str, Any]]]:
+    """Return the rows of every speed and load, by radius, with their names and looks; no ring is first."""
+    ordered, series = study.sort_values("ring_radius_m", na_position="first"), []
+    for i, (_, rows) in enumerate(ordered.groupby(conditions(study))):
+        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
+        series.append((condition_name(rows.iloc[0]), rows, look | {"linestyle": DASHES[i % len(DASHES)]}))
+    return series
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
@@ -127,10 +121,8 @@ def quiet_from(study: pd.DataFrame, value: str) -> float | None:
     return float(largest.index[quiet].min()) if quiet.any() else None
 
 
-def _panels(
-    study, columns, unit: str, title: str, marks: Mapping[str, float]
-) -> tuple[Figure, list[Axes], list[float]]:
-    """Draw a panel for each entry of ``columns``, with a curve for each speed; return the radii, too."""
+def _panels(study, columns, unit: str, title: str, marks: Mapping[str, float]) -> tuple[Figure, Axes, list[float]]:
+    """Draw a panel for each entry of ``columns``, with a curve for each speed; return the first one and the radii."""
     radii = sorted(study["ring_radius_m"].dropna().unique())
     gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
     gap = gaps.min() if len(gaps) else 0.001
@@ -140,19 +132,14 @@ def _panels(
     # errors of neighbouring series shall not hide each other
     spread = 0.06 * gap * (np.arange(len(series)) - 0.5 * (len(series) - 1))
     figure = new_figure(5.0, COLUMN)
-    axes = list(figure.subplots(len(columns), 1, sharex=True))
+    axes = figure.subplots(len(columns), 1, sharex=True)
     lines = list[str]()  # below the legend: text in a panel covers data
     hidden = True  # whether every error bar is smaller than its mark
     for ax, (name, (value, error)) in zip(axes, columns.items(), strict=True):
-        for i, (words, rows) in enumerate(series):
-            position = rows["ring_radius_m"].fillna(none) + spread[i]
-            look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
-            bare = rows["ring_radius_m"].isna()
-            for rows_drawn, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], words)):
-                errors = rows.loc[rows_drawn, error].fillna(0.0)
-                ax.errorbar(
-                    position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label
-                )
+        for (words, rows, look), aside in zip(series, spread, strict=True):
+            bare, position = rows["ring_radius_m"].isna(), rows["ring_radius_m"].fillna(none) + aside
+            for drawn, own in ((bare, look | {"linestyle": "none"}), (~bare, look | {"label": words})):
+                ax.errorbar(position[drawn], rows.loc[drawn, value], rows.loc[drawn, error].fillna(0.0), **own)
         for mark, radius in marks.items():
             ax.axvline(radius, **THICK if mark == CHOSEN else PRINTED | {"linewidth": 0.6}, zorder=1)
         if with_none and radii:
@@ -186,7 +173,7 @@ def _panels(
         last = tick if names[-1] else last
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
-    return figure, axes, radii
+    return figure, axes[0], radii
 
 
 def write_page(path: Path, pictures: Mapping[Path, str], **content) -> None:

@@ -165,10 +165,7 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
 
 
 def _run_in_pools(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
-    """Yield rows in any order, computed by other processes.
-
-    Raises `TrackdynError`: a process was killed that computed no row. Stored rows remain.
-    """
+    """Yield rows in any order, computed by other processes; `TrackdynError`: one was killed that computed no row."""
     kills = dict.fromkeys(store.abandoned() & due.keys(), 0)  # of rows that are computed one by one, after all others
     waiting = {key: task for key, task in due.items() if key not in kills}
     try:
@@ -207,10 +204,7 @@ def _run_in_pools(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iter
 
 
 def _run_in_pool(compute: Compute, tasks: Tasks, jobs: int, store: Store) -> Iterator[dict]:
-    """Yield rows computed by one pool of processes.
-
-    Raises `TerminatedWorkerError`: one of them was killed.
-    """
+    """Yield rows computed by one pool of processes; `TerminatedWorkerError`: one of them was killed."""
     size = 1 if jobs == 1 else min(max(len(tasks) // (LEAST_BATCHES * jobs), 1), LONGEST_BATCH)
     # trackers remove the resources of a killed sweep, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")

@@ -29,8 +29,10 @@ def run_job(task):
 
     job = sys.modules["__main__"].snakemake
     _join(job.log[0])
-    if before := _last_cost(job.log[0]):
-        print(f"{job.log[0]}: {before} CPU s the last time", file=sys.stderr, flush=True)
+    with suppress(OSError):  # the first run in this folder has no costs
+        lines = (line.partition(" ") for line in LAST_COSTS.read_text(encoding="utf-8").splitlines())
+        if before := {name: seconds for seconds, _, name in lines}.get(job.log[0]):
+            print(f"{job.log[0]}: {before} CPU s the last time", file=sys.stderr, flush=True)
     with open(job.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         compiled = _compiled()
         try:
@@ -41,9 +43,7 @@ def run_job(task):
             sys.exit(1)
         finally:
             seconds = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-            for line in compiled:
-                print(line)
-            print(f"{seconds:.1f} CPU s")
+            print(*compiled, f"{seconds:.1f} CPU s", sep="\n")
             print(f"{job.log[0]}: {seconds:.1f} CPU s", file=sys.stderr, flush=True)
             with suppress(OSError), open(LAST_COSTS, "a", encoding="utf-8") as file:
                 file.write(f"{seconds:.1f} {job.log[0]}\n")
@@ -51,14 +51,6 @@ def run_job(task):
                 with suppress(OSError), open(costs, "a", encoding="utf-8") as file:  # one write: jobs run in parallel
                     file.write("".join(f"{line}\n" for line in (*compiled, f"{seconds:.1f} {job.log[0]}")))
     return task
-
-
-def _last_cost(log: str) -> str:
-    """Return the CPU time (s) of a job when it ran last in this folder, as text; empty if it is not known."""
-    with suppress(OSError):
-        lines = (line.partition(" ") for line in LAST_COSTS.read_text(encoding="utf-8").splitlines())
-        return {name: seconds for seconds, _, name in lines}.get(log, "")
-    return ""
 
 
 def _compiled() -> list[str]:
@@ -117,11 +109,7 @@ def drive(workflow):
 
 
 def _join(log):
-    """Wait for another process that writes the results of this log, such as the job of a run that was killed.
-
-    If only the Snakemake of a run was killed, its jobs continue; one that begins afterwards must not replace results of
-    a later run.
-    """
+    """Wait for another process that writes the results of this log, such as the job of a run that was killed."""
     with suppress(FileNotFoundError):  # no folder of a run
         file = os.open(PROCESSES, os.O_RDWR)
         byte = 1 + crc32(str(log).encode())
@@ -132,7 +120,7 @@ def _join(log):
             fcntl.lockf(file, fcntl.LOCK_EX, 1, byte)
         except OSError:  # a file system without locks
             pass
-    if driver := os.environ.get(DRIVER):
+    if driver := os.environ.get(DRIVER):  # jobs of a killed run continue, but must not replace results of a later one
         try:
             os.kill(int(driver), 0)
         except ProcessLookupError:
