@@ -7,7 +7,7 @@ rule meshing_figures:
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
-    script: "../trackdyn_replication/report/figures/screenshots.py"
+    script: "../trackdyn_replication/report/figures/meshing.py"
 
 
 rule ring_figures:

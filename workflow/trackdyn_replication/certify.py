@@ -90,8 +90,7 @@ class Manifest(Section):
 def describe(results: Path | str) -> dict[str, File]:
     """Describe the files that a run has made in a results folder, by name.
 
-    A folder in it that has kernels of its own, such as ``results/quick``, is another run. Raises `InputError`: there is
-    no such folder, or no file in it.
+    A folder in it that has kernels of its own, such as ``results/quick``, is another run.
     """
     results = Path(results)
     if not results.is_dir():
@@ -116,10 +115,7 @@ def file_hash(path: Path | str) -> str:
 def write_manifest(
     results: Path | str, inputs: Iterable[Path | str] = (), runs: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Path:
-    """Write ``manifest.json`` into a results folder; the same results give the same bytes.
-
-    Raises `InputError`: a recording is not the one that the configuration states for it in ``runs``.
-    """
+    """Write ``manifest.json`` into a results folder; recordings are those that the configuration states in ``runs``."""
     if others := compare_runs(results, runs or {}):
         names = ", ".join(finding.name for finding in others[1:4])
         recordings = " ".join(shlex.quote(str(Path(results, finding.name))) for finding in others)
@@ -132,8 +128,7 @@ def write_manifest(
     about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     about |= {name: version(name) for name in PACKAGES}
     hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
-    configured = {name: dict(fields) for name, fields in (runs or {}).items()}
-    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, runs=configured, files=describe(results))
+    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, runs=runs or {}, files=describe(results))
     content = json.dumps(manifest.model_dump(exclude_none=True), indent=1, ensure_ascii=False)
     write_text(path := Path(results, NAME), f"{content}\n")
     return path
@@ -177,10 +172,7 @@ class Finding(NamedTuple):
 
 
 def compare_files(results: Path | str, expected: Mapping[str, File]) -> list[Finding]:
-    """Compare the files of ``results`` with those of another run (`describe`): a finding for every file.
-
-    Columns of times are left out.
-    """
+    """Compare the files of ``results`` with those of another run (`describe`): a finding for every file."""
     ours = describe(results)
     names = sorted({*ours, *expected})
     return [Finding(name, *_judge(Path(results, name), ours.get(name), expected.get(name))) for name in names]

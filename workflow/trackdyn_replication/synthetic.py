@@ -63,11 +63,10 @@ OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling 
 class SyntheticSpeed(NamedTuple):
     """One motor speed: the printed numbers, and those fitted to them, to 1e-5.
 
-    The printed amplitude is that of the highest line of 90,000 points at 1000 Hz: lines are 1/90 Hz apart, and a belt
-    that turns between two shows up to 36 % less. So the mean loop frequency follows from the amplitude, between the
-    line nearest to the printed frequency and half a line from it, on the side of the printed frequency; on the line
-    itself where the printed amplitude is higher than there. Where it is lower than half way between two lines, the loop
-    turns at the printed frequency and the speed fluctuates so that the amplitude is met.
+    Lines of 90,000 points at 1000 Hz are 1/90 Hz apart, and a belt that turns between two shows up to 36 % less. So the
+    mean loop frequency follows from the printed amplitude, between the line nearest to the printed frequency and half a
+    line from it, on its side; on the line itself where the amplitude is higher than there. Where it is lower than half
+    way between two lines, the loop turns at the printed frequency and the speed fluctuates to meet the amplitude.
     """
 
     printed_hz: float  # experimental main frequency, Hz (printed, Sect. 5 on Fig. 18)
@@ -88,11 +87,8 @@ SPEEDS = {  # by motor speed, rev/min (printed)
 def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Generate a synthetic record at one of the printed motor speeds (rev/min), which is its seed, too.
 
-    Returns
-    -------
-    t, ax, ay, az : (N,) arrays
-        Time, s, and specific force, g: x along the link in the direction of travel, y along its outward
-        normal, z lateral.
+    Arrays are time, s, and specific force, g: x along the link in the direction of travel, y along its outward normal,
+    z lateral.
     """
     speed, count = SPEEDS[rpm], round(RECORD_S * RATE_HZ)
     t = np.arange(count) / RATE_HZ
@@ -117,9 +113,7 @@ def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def achieved(rpm: int, ay: np.ndarray) -> dict[str, float]:
-    """Measure a record's y acceleration (g, sampled at 1000 Hz): its dominant peak as the paper takes it (rectangular
-    window), RMS, SD, largest value, and the count of clipped samples.
-    """
+    """Measure a record's y acceleration (g): its dominant peak by a rectangular window, RMS, SD, largest value."""
     hz, g = main_line(ay, RATE_HZ, SPEEDS[rpm].printed_hz)
     return {
         "main_hz": round(hz, 5), "amplitude_g": round(g, 4),
@@ -145,10 +139,7 @@ def write_record(folder, rpm: int) -> np.ndarray:
 
 
 def write_dataset(folder) -> None:
-    """Write the records of all speeds, and their description into ``datapackage.json``.
-
-    Equal calls give equal bytes.
-    """
+    """Write the records of all speeds, and their description into ``datapackage.json``."""
     description = Path(folder) / "datapackage.json"
     package = json.loads(description.read_text(encoding="utf-8"))
     for resource, (rpm, speed) in zip(package["resources"], SPEEDS.items(), strict=True):

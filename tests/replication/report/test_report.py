@@ -30,9 +30,13 @@ from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
 from trackdyn_replication.paper.published import SENSORS
 from trackdyn_replication.report.figures.closure import closure_figure
-from trackdyn_replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
+from trackdyn_replication.report.figures.meshing import (
+    moments,
+    passage_figure,
+    printed_and_measured_times,
+    select_passage,
+)
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
-from trackdyn_replication.report.figures.screenshots import moments
 from trackdyn_replication.report.parameters import table1
 from trackdyn_replication.report.record_tables import lines_table, table3
 

@@ -35,12 +35,10 @@ COLUMNS, NUMBER_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "printe
 class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
-    ``sentence`` is the number of the paper's sentence that the claim belongs to; one without is not counted.
-    ``printed`` by motor speed holds the numbers at the speeds that are judged. A direction holds within the share
-    ``within``. Of a quantity with ``any_reading`` one reading that is met suffices, at every speed. ``numbers`` is the
-    count of its printed or implied numbers (`printed_numbers`) and ``group`` their kind (`GROUPS`); several have names
-    of their own, in the form of ``printed``. A ``rising`` quantity grows by more than the share ``growth`` from the
-    first value to the last, too.
+    ``printed`` by motor speed holds the numbers at the speeds that are judged. Of a quantity with ``any_reading`` one
+    reading that is met suffices, at every speed. ``numbers`` is the count of its printed or implied numbers
+    (`printed_numbers`) and ``group`` their kind (`GROUPS`); several have names of their own, in the form of
+    ``printed``. A ``rising`` quantity grows by more than the share ``growth`` from first to last, too.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
@@ -184,8 +182,8 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
         # at the mean of events whose times scatter by more nothing may happen
         wide = [name for name in events if claim.tolerance is not None and scatter[name] > SLACK * claim.tolerance]
         if wide:
-            reason = f"{wide[0]}: passages scatter by {scatter[wide[0]]:.2g} {claim.unit}, more than the tolerance"
-            raise NotThere(reason)
+            scatters = f"passages scatter by {scatter[wide[0]]:.2g} {claim.unit}, more than the tolerance"
+            raise NotThere(f"{wide[0]}: {scatters}")
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
     values = _values(claim, measured, speeds)
@@ -223,10 +221,7 @@ def _text(value) -> str:
 
 
 def printed_text(claim: Claim, speeds=()) -> str:
-    """Return the value to compare with as text: a printed number, a bound read into the paper's words, or only words.
-
-    Empty if the claim is not judged and nothing is printed.
-    """
+    """Return the value to compare with as text: a printed number, our bound for the paper's words, or only words."""
     if claim.rule == "rising":
         return "in words"
     value = claim.printed
@@ -236,7 +231,7 @@ def printed_text(claim: Claim, speeds=()) -> str:
 
 def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     measured, verdict, speeds, _ = judgement
-    reasons = [claim.reason] if verdict in (MET, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
+    otherwise = "" if verdict in (MET, NOT_COMPARABLE) else claim.otherwise
     return {
         **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
         "rig": rig,
@@ -246,7 +241,7 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
         "verdict": verdict,
         "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
         "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
-        "reason": " ".join(filter(None, reasons)),
+        "reason": " ".join(filter(None, (claim.reason, otherwise))),
     }
 
 
@@ -258,14 +253,12 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
     """Compare the numbers that the paper prints or implies of its simulation, a row each, with those of a rig.
 
-    Columns are ``NUMBER_COLUMNS``. A number whose evidence is not there is not met; of several readings their range at
-    a speed is measured.
+    A number whose evidence is not there is not met; of several readings their range at a speed is measured.
     """
     rows = []
     for claim in (claim for claim in claims if claim.numbers):
         judgement = judge(claim, e)
-        about = {"rig": rig, **claim.model_dump(include={"id", "part", "unit"}), "tolerance": claim.tolerance}
-        about["group"] = claim.group
+        about = {"rig": rig, **claim.model_dump(include={"id", "part", "unit", "tolerance", "group"})}
         names = claim.number_names or [claim.claim]
         groups = _groups(claim, judgement.values)
         if claim.numbers == 1 or not groups:  # a word, a range or a limit is one number, whatever it is judged by

@@ -86,9 +86,8 @@ class Evidence:
 def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
     """Return the dominant peak of the FFT, had the record begun elsewhere in a turn: ``start_s, line_hz, line_g``.
 
-    Samples that a later start needs beyond the end of the record are those one turn earlier: in steady running each is
-    like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). No rows for a
-    record too short for a line.
+    Samples beyond the end of the record are those one turn earlier: in steady running each is like the one before.
+    Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s).
     """
     ay, loop_hz, rows = sense(recording).ay, recording.periods.loop_hz, []
     if holds_line(len(ay), recording.rate, loop_hz):
@@ -101,24 +100,16 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
 
 
 def collect(results: Path | str, rpm: float, rounded: Collection[float] = ()) -> Evidence:
-    """Collect the evidence in a folder of results.
+    """Collect the evidence in a folder of results, with the meshing process at a motor speed (rev/min).
 
-    ``rpm`` (rev/min) is that of the meshing process; ``peers/summary.csv`` may be missing. Lines at the motor speeds
-    ``rounded`` are those of the runs with the rounded speed of the sprocket.
+    Lines at the speeds ``rounded`` are those of the runs with the rounded speed of the sprocket.
     """
     results = Path(results)
-    metrics, starts = pd.read_csv(results / "metrics.csv"), []
+    metrics, events, starts = pd.read_csv(results / "metrics.csv"), pd.read_csv(results / "events.csv"), []
     peer = pd.read_csv(path) if (path := results / "peers" / "summary.csv").is_file() else pd.DataFrame()
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
         motor_rpm = float(run.removesuffix("rpm"))
         name = f"rounded/{run}" if motor_rpm in rounded else run
         recording = load_recording(results / "runs" / f"{name}.npz")
         starts.append(lines_by_start(recording).assign(rpm=motor_rpm))
-    return Evidence(
-        metrics=metrics,
-        events=pd.read_csv(results / "events.csv"),
-        rig=recording.scene.rig,
-        rpm=rpm,
-        starts=pd.concat(starts, ignore_index=True),
-        peer=peer,
-    )
+    return Evidence(metrics, events, recording.scene.rig, rpm, pd.concat(starts, ignore_index=True), peer)

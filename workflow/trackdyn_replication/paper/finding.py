@@ -11,6 +11,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
+from trackdyn.measure.cells import listed
+
 TABLE = "data/plausible/grip.csv"
 LAW = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
 OWN = {"regularised": "transition_velocity", "dahl": "shear_stiffness"}  # the value that a law is varied by
@@ -33,10 +35,9 @@ def main_run(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def shares(table: pd.DataFrame) -> pd.DataFrame:
-    """Count the tracks on which each verdict holds, by law, setting and speed.
+    """Count the tracks on which each verdict holds, by law, setting and speed, with shares and 90 % intervals.
 
-    Columns are `LAW`, ``rpm, tracks``, and per verdict its count, share, and the ends of its 90 % interval (Clopper and
-    Pearson).
+    Intervals are those of Clopper and Pearson.
     """
     rows = []
     for (*setting, rpm), verdicts in main_run(table).groupby([*LAW, "rpm"], dropna=False):
@@ -62,20 +63,17 @@ def of_law(counts: pd.DataFrame, law: str, rpm: float) -> pd.DataFrame:
 def windows(table: pd.DataFrame) -> pd.DataFrame:
     """Return radii less the polygon radius (m) at which an arc lets go or comes back, by bins of mobilised friction.
 
-    A row a bin and event: ``low, high`` ends of the bin, ``event``, and 10, 50 and 90 % of the tracks and laws in it;
-    infinite where the event does not come up to the largest ring.
+    Quantiles are over the tracks and laws in a bin; infinite where the event does not come up to the largest ring.
     """
     run, rows = main_run(table), []
     for low, high in pairwise(BINS):
         inside = run[run["mobilised_friction"].between(low, high, inclusive="left")]
         for event in ("right_free_from_m", "right_back_from_m", "left_lost_from_m"):
             if len(inside) >= 10:
-                # an event that does not come lies beyond the largest ring
                 above = (inside[event] - inside["polygon_m"]).fillna(np.inf)
                 quantiles = np.quantile(above, [0.1, 0.5, 0.9], method="inverted_cdf")
-                row = dict(zip(("q10", "q50", "q90"), quantiles, strict=True))
-                rows.append({"low": low, "high": high, "event": event, "rows": len(inside), **row})
-    return pd.DataFrame(rows)
+                rows.append([low, high, event, len(inside), *quantiles])
+    return pd.DataFrame(rows, columns=["low", "high", "event", "rows", "q10", "q50", "q90"])
 
 
 def open_runs(table: pd.DataFrame) -> pd.DataFrame:
@@ -99,8 +97,7 @@ def limit(table: pd.DataFrame) -> float:
 
 def _listed(numbers: Iterable[float]) -> str:
     """Word numbers in their order: ``0, 2 and 8``."""
-    *first, last = (f"{number:g}" for number in numbers)
-    return f"{', '.join(first)} and {last}" if first else last
+    return listed([f"{number:g}" for number in numbers])
 
 
 def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
@@ -108,43 +105,38 @@ def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
 
     Without ``brief`` also those at other speeds, and of the plateau.
     """
-    counts, sentences = shares(table), []
+    counts, at_others = shares(table), []
     rpm, *others = counts.groupby("rpm")["tracks"].max().sort_values(ascending=False, kind="stable").index
     eq10, dahl = (of_law(counts, law, rpm) for law in OWN)
     tracks = int(dahl["tracks"].max())
-    sentences.append(
+    finding = (
         "**The tangential force of the ring decides conclusion 3 of the paper**: with rings from 0.305 m on, the right "
         "arc of a connector, on the trailing flank, touches no tooth."
     )
     if brief:
-        (first, last), (soft, stiff) = (
-            (rows["conclusion_3"].iloc[0], rows["conclusion_3"].iloc[-1]) for rows in (eq10, dahl)
-        )
-        slow, fast, low, high = 1e3 * eq10.index[0], 1e3 * eq10.index[-1], 1e-3 * dahl.index[0], 1e-3 * dahl.index[-1]
-        sentences.append(
+        (first, last), (soft, stiff) = (rows["conclusion_3"].iloc[[0, -1]] for rows in (eq10, dahl))
+        (slow, fast), (low, high) = 1e3 * eq10.index[[0, -1]], 1e-3 * dahl.index[[0, -1]]
+        by_law = (
             f"With Eq. 10 it holds at {rpm:g} rpm on {first:g} to {last:g} of {tracks} tracks that mesh as printed, "
             f"for a transition velocity of {slow:g} to {fast:g} mm/s; with Dahl's law, which has no velocity, on "
             f"{soft:g} to {stiff:g}, for a shear stiffness of {low:g} to {high:g} kN/m a link. Nothing else differs."
         )
-        return [*sentences, _limit_sentence(table)]
-    sentences.append(
-        f"With Eq. 10 it holds at {rpm:g} rpm on {_listed(eq10['conclusion_3'])} of {tracks} tracks that mesh as "
-        f"printed, for a transition velocity of {_listed(1e3 * eq10.index)} mm/s."
-    )
-    sentences.append(
-        f"With Dahl's law, which has no velocity, it holds on {_listed(dahl['conclusion_3'])}, for a shear stiffness "
-        f"of {_listed(1e-3 * dahl.index)} kN/m a link. Nothing else differs; the friction coefficient is {FRICTION:g}."
-    )
+        return [finding, by_law, _limit_sentence(table)]
     for other in others:
         both = [of_law(counts, law, other) for law in OWN]
         words = " and on ".join(_listed(rows["conclusion_3"]) for rows in both if len(rows))
-        sentences.append(f"At {other:g} rpm, run on {max(rows['tracks'].max() for rows in both):.0f} of them: {words}.")
-    sentences.append(_limit_sentence(table))
-    sentences.append(
+        at_others.append(f"At {other:g} rpm, run on {max(rows['tracks'].max() for rows in both):.0f} of them: {words}.")
+    return [
+        finding,
+        f"With Eq. 10 it holds at {rpm:g} rpm on {_listed(eq10['conclusion_3'])} of {tracks} tracks that mesh as "
+        f"printed, for a transition velocity of {_listed(1e3 * eq10.index)} mm/s.",
+        f"With Dahl's law, which has no velocity, it holds on {_listed(dahl['conclusion_3'])}, for a shear stiffness "
+        f"of {_listed(1e-3 * dahl.index)} kN/m a link. Nothing else differs; the friction coefficient is {FRICTION:g}.",
+        *at_others,
+        _limit_sentence(table),
         f"The plateau of the left arc (sentence 21) comes and goes with it: on {_listed(eq10['plateau'])} and on "
-        f"{_listed(dahl['plateau'])} of the tracks."
-    )
-    return sentences
+        f"{_listed(dahl['plateau'])} of the tracks.",
+    ]
 
 
 def _limit_sentence(table: pd.DataFrame) -> str:
@@ -167,19 +159,13 @@ def check_sentences(table: pd.DataFrame) -> list[str]:
             f"Without friction on the ring conclusion 3 holds on {free['conclusion_3']:.0f} of {free['tracks']:.0f} "
             f"tracks, and with no law on more than {best['conclusion_3']:.0f}: elsewhere the tooth's geometry decides."
         )
+    first, method = table["start"] == 1, run["integrator"].iloc[0]
     for words, others in (
-        (
-            "by the explicit method in smaller steps",
-            table[(table["start"] == 1) & (table["integrator"] != _method(run))],
-        ),
-        ("from another start of the motor with a longer wait", table[table["start"] != 1]),
+        ("by the explicit method in smaller steps", table[first & (table["integrator"] != method)]),
+        ("from another start of the motor with a longer wait", table[~first]),
     ):
         pairs = others.merge(run, on=["draw", "rpm", *LAW], suffixes=("", "_main"))
         if len(pairs):
             same = (pairs["conclusion_3"] == pairs["conclusion_3_main"]).sum()
             sentences.append(f"Run again {words}, {same} of {len(pairs)} verdicts on it are the same.")
     return sentences
-
-
-def _method(run: pd.DataFrame) -> str:
-    return str(run["integrator"].iloc[0])

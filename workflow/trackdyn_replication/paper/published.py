@@ -62,11 +62,7 @@ ROUNDED_DIFFERENCE = 1.1
 
 
 def load_cells(path: Path | str) -> pd.DataFrame:
-    """Read the article's Table 3, g, by motor speed (rev/min); NaN where a reader has not filled in a cell.
-
-    Raises `InputError`: other rows or columns, a value that is no positive number, or an RMS or SD that contradicts the
-    differences that the text prints.
-    """
+    """Read the article's Table 3, g, by motor speed (rev/min); NaN where a reader has not filled in a cell."""
     table = read_table(path)
     if [*table.columns] != ["rpm", *CELLS] or table["rpm"].tolist() != [*map(str, SPEEDS_RPM)]:
         raise InputError(f"{path}: its cells are not those of config/article.csv in the repository; change values only")

@@ -100,7 +100,7 @@ def conclusion_table(judged: pd.DataFrame, grips: pd.DataFrame, tracks: pd.DataF
     """Tabulate the sentences of the paper's conclusions on the ring, a row each, by their numbers.
 
     Columns are the marks (`MARKS`) of the ``judged`` rig and of one whose ring ``grips`` (`sentence_verdicts`), and the
-    shares of sampled ``tracks`` (``plausible_sentences.csv``) that show it, of those that mesh as printed and of all.
+    shares of sampled ``tracks`` (``plausible_sentences.csv``) that show it.
     """
     gripping, shares, rows = grips.set_index("number")["verdict"], track_rows(tracks), {}
     for number, sentences in _conclusions(judged):
@@ -129,29 +129,19 @@ def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame | None = None) -> str:
-    """Word the fitted values, and those outside of their assumed ranges (`outside_values`)."""
-    kinds, cells = parameters["kind"].value_counts(), outside_values(parameters, of_ring)
+    """Word the fitted values, and those outside of their ranges; with the ring's velocity its mobilised friction."""
+    outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
+    cells = []
+    for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False):
+        cell = f"{re.sub('[._]', ' ', name)} {significant(float(value), 3)} {unit}"
+        if name == RING_VELOCITY and of_ring is not None:
+            cell += f", {mobilised(of_ring, creep_slope(parameters))}"
+        cells.append(f"{cell} (assumed: {low:g} to {high:g})")
+    kinds = parameters["kind"].value_counts()
     fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
     count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
     text = f"The paper prints or implies {count}; {fitted} are fitted."
     return f"{text} Values outside of the assumed ranges: {'; '.join(cells)}." if cells else text
-
-
-def outside_values(parameters: pd.DataFrame, of_ring: pd.DataFrame | None = None) -> list[str]:
-    """Return values outside of their assumed ranges, each with its range.
-
-    The transition velocity of the ring is given with the friction that it leads to, of the table ``of_ring``
-    (`mobilised`).
-    """
-    outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
-    cells = []
-    for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False):
-        words = re.sub("[._]", " ", name)
-        friction = ""
-        if name == RING_VELOCITY and of_ring is not None:
-            friction = f", {mobilised(of_ring, creep_slope(parameters))}"
-        cells.append(f"{words} {significant(float(value), 3)} {unit}{friction} (assumed: {low:g} to {high:g})")
-    return cells
 
 
 def statements_by_label(
@@ -159,8 +149,7 @@ def statements_by_label(
 ) -> dict[str, list[dict]]:
     """Return the paper's statements by label of figure or table: sentences and the statements that decide them.
 
-    ``shares`` are the tables of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence
-    follow from another one or are not judged; they come last, under a sentence of no number.
+    Statements without a sentence follow from another one or are not judged; they come last, under one of no number.
     """
     card = card[~_waits(card)]
     tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}

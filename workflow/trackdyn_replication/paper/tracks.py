@@ -42,10 +42,7 @@ def percents(rows: pd.DataFrame | None, name: str) -> list[str]:
 
 
 def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
-    """Share of the decided tracks that show a statement, %, with its 90 % interval and its bounds; of `track_rows`.
-
-    The bounds stand behind a semicolon: what is not decided counts as no, and as yes.
-    """
+    """Share of the decided tracks that show a statement, %, with its 90 % interval and its bounds; of `track_rows`."""
     row = rows.loc[(name, tracks)]
     if not row["decided"]:
         return "none that was decided"
@@ -80,20 +77,15 @@ def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     names = f": {listed(follow)}" if follow else ""
     judged = rows.xs(ALL, level="tracks").query("decided > 0")
     robust = [f"no. {name}" for name in judged.index[judged["share"] >= 0.9]]
-    each = (
-        f"Each sentence but {listed(robust)}" if robust else f"Each of the {len(judged)} sentences that they can show"
-    )
+    each = f"sentence but {listed(robust)}" if robust else f"of the {len(judged)} sentences that they can show"
     return (
-        f"{each} fails on more than 10 % of {len(done)} tracks sampled from assumed ranges. {count} of them mesh as "
-        f"printed. {hold}{names}."
+        f"Each {each} fails on more than 10 % of {len(done)} tracks sampled from assumed ranges. "
+        f"{count} of them mesh as printed. {hold}{names}."
     )
 
 
 def mobilised(table: pd.DataFrame, slope: float) -> str:
-    """Mobilised friction of the default rig's ring at its radius, with the creep slope (s/m) nearest to this one.
-
-    ``table`` is ``plausible_mobilised.csv``; its range over the speeds is said.
-    """
+    """Word the mobilised friction of the default rig's ring over the speeds, for the creep slope nearest to one."""
     nearest = table["creep"].iloc[(table["creep"] - slope).abs().argmin()]
     values = table.loc[table["creep"] == nearest, "mobilised_friction"]
     return f"a mobilised friction of {significant(values.min(), 2)} to {significant(values.max(), 2)}"
@@ -144,7 +136,7 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
         f"By the mobilised friction of a ring of 0.308 m there is a choice on {listed(by_friction)}."
     ]
     if len(chosen):
-        gain, cost = (f"{_spread(chosen[name], '.2f')}" for name in ("tooth_ratio", "tension_ratio"))
+        gain, cost = (_spread(chosen[name], ".2f") for name in ("tooth_ratio", "tension_ratio"))
         above = {name: 1e3 * (chosen["radius_m"] - chosen[f"{name}_m"]) for name in (PITCH, *OTHER_PITCHES)}
         middles = [f"{_spread(above.pop(PITCH), '+.1f')} mm from `{PITCH}`"]
         middles += [f"{values.median():+.1f} mm from `{name}`" for name, values in above.items()]

@@ -97,29 +97,21 @@ class FidelityStudy(Section):
 
 
 class Config(Section):
-    """Everything in ``config/config.yaml``.
-
-    ``article`` names the cells of Table 3 that a reader of the article filled in, with which claims compare.
-    ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` is replaced by the motor speed.
-    Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the mapping of
-    the records (:class:`trackdyn.fieldtest.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
-    runs of the ring study and the ladder. ``default_studies`` are the studies that belong to every
-    run; the target ``studies`` runs all of them.
-    """
+    """Everything in ``config/config.yaml``; rings and steps that are None are those of the rig (`completed`)."""
 
     rig: str
-    article: str | None = None
+    article: str | None = None  # cells of Table 3 that a reader of the article filled in
     results: str
-    sensor_csv: str | None
+    sensor_csv: str | None  # the measured record of a motor speed, ``{rpm}``; None: there is none
     sensor_is_synthetic: bool
     sensor_mapping: str | None = None
     records: Records
     meshing: Meshing
-    stop_rule: StopRule = StopRule()
+    stop_rule: StopRule = StopRule()  # of the runs of the ring study and the ladder
     ring_study: RingStudy
     peers: Peers | None  # None: another rig than the article's, which no peer runs
     fidelity: FidelityStudy
-    default_studies: list[StudyName]
+    default_studies: list[StudyName]  # of every run; the target ``studies`` runs all of them
     studies: StudiesFile
 
     @model_validator(mode="after")
@@ -130,10 +122,9 @@ class Config(Section):
         if not re.fullmatch(r"(?!-)[\w./+=@%,:-]+", self.results) or longest > 200:
             accepted = "the name of a folder in letters, digits and ./+=@%,:_-, such as results/mine"
             raise InputError(f"results = {shown(self.results)}: must be {accepted}")
-        for ancestor in (folder, *folder.parents):
-            if ancestor.exists() and not ancestor.is_dir():
-                raise InputError(f"results = {shown(self.results)}: {ancestor} is a file; choose another name")
         above = next(ancestor for ancestor in (folder, *folder.parents) if ancestor.exists())
+        if not above.is_dir():
+            raise InputError(f"results = {shown(self.results)}: {above} is a file; choose another name")
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
         of_study = ("ring_study.speeds_rpm", "ring_study.radii_m", "ring_study.steps_s")
@@ -143,14 +134,13 @@ class Config(Section):
                 if after <= before:
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{field} = {values}: {after:g} {problem}; give rising values")
-        if self.sensor_csv is not None:
-            try:
-                names = [self.sensor_csv.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
-            except (KeyError, IndexError, ValueError, AttributeError):
-                raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
-            if len(set(names)) < len(names):
-                problem = "it names one file for several speeds; write {rpm} where the motor speed belongs"
-                raise InputError(f"sensor_csv = {self.sensor_csv!r}: {problem}")
+        try:
+            names = self.sensor_files
+        except (KeyError, IndexError, ValueError, AttributeError):
+            raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
+        if len(set(names)) < len(names):
+            problem = "it names one file for several speeds; write {rpm} where the motor speed belongs"
+            raise InputError(f"sensor_csv = {self.sensor_csv!r}: {problem}")
         return self
 
     @property
@@ -207,9 +197,7 @@ class Config(Section):
         return self.sensor_is_synthetic if self.sensor_csv else None
 
     def completed(self, rig: Rig) -> "Config":
-        """Return the configuration with the rings of a rig where it states none, records of two turns of the loop or
-        more, and a file in place of the name of a shipped rig.
-        """
+        """Return the configuration with the rings and the file of a rig, and records of two turns of the loop."""
         study, records, meshing = self.ring_study, self.records, self.meshing
         radii = study.radii_m or study_radii(rig)
         equal = min(radii, key=lambda radius: abs(radius - rig.sprocket.equal_pitch_radius))
@@ -233,10 +221,7 @@ class Config(Section):
         return self.model_copy(update={"rig": str(rig_path(self.rig))} | sections)
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
-        """Return every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
-
-        Raises `InputError`: a scene cannot be simulated, or two runs would share a name.
-        """
+        """Return every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``."""
         runs: dict[str, Scene] = {}
 
         def add(name: str, section: str, **fields):
@@ -361,15 +346,12 @@ def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dic
 def check_layers(
     files: Sequence[Path | str], stated: dict, update: Callable[[dict, dict], None]
 ) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration of files, the later on top of the earlier by ``update``, and of the command line.
-
-    A refusal names the first file with which it occurs, else the last one.
-    """
+    """Validate a configuration of files, the later on top of the earlier by ``update``, and of the command line."""
     _refuse_braces("--configfile", files)
     layers = [read_layer(file) for file in files]
     try:
         return check_config(_merged([*layers, stated], update), _short_path(files[-1]))
     except TrackdynError:
-        for k, file in enumerate(files, 1):
+        for k, file in enumerate(files, 1):  # the first file with which it occurs is named
             check_config(_merged(layers[:k], update), _short_path(file))
         raise

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from trackdyn.inputs.errors import InputError
@@ -25,8 +26,6 @@ MEASURED = "docs/measured"
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 # its tables (`stored`), and the function that writes its blocks
 Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]
-
-
 # measures of the tables of fidelities, and of the study `trade`
 DEPARTURES = ("rms", "high_frequency", "left_share")
 ERRORS = ("rms", "left_peak", "left_share")
@@ -43,15 +42,12 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
         worst = 100 * group.groupby(["measure", "bare"])["error"].max()
         line = {"setting": setting, "CPU s": group["cpu_s"].mean()}
         for name in ERRORS:
-            pair = (worst.get((name, bare)) for bare in (False, True))
-            line[NAMED[name].studied.short] = "/".join(
-                "–" if pd.isna(value) else significant(value, 2) for value in pair
-            )
+            pair = (worst.get((name, bare), np.nan) for bare in (False, True))
+            line[NAMED[name].studied.short] = "/".join(significant(value, 2) for value in pair)
         lines.append(line)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)
-    others = f"{default_step_text(default_step)}\n{short_runs_verdict(short_runs)}"
-    return f"{_markdown(table)}\n\n{others}"
+    return f"{_markdown(table)}\n\n{default_step_text(default_step)}\n{short_runs_verdict(short_runs)}"
 
 
 def _markdown(table: pd.DataFrame) -> str:
@@ -127,10 +123,7 @@ def ring_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[str]]) -> None:
-    """Replace the measured blocks of a page, in their order, by those that ``write`` renders from tables.
-
-    Raises `InputError`: a table or a mark of a block is not there.
-    """
+    """Replace the measured blocks of a page, in their order, by those that ``write`` renders from tables."""
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")

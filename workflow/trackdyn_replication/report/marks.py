@@ -103,9 +103,8 @@ def text_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1,
 
 def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
     """Draw an arrow with its name next to it."""
-    colour = look.get("color", BLACK)
     arrow(ax, start, end, **look)
-    text_beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
+    text_beside(ax, start, end, text, at, side, color=look.get("color", BLACK), fontsize=8.5)
 
 
 def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 1, turned: bool = True, **look) -> None:

@@ -29,11 +29,9 @@ def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.
 
 
 def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
-    """Compare RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the
-    paper's, against its own measured data.
+    """Compare RMS and SD of simulation and sensor over whole turns of the loop, g.
 
-    ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``
-    describes the record in every row.
+    Printed differences (%) are the paper's, against its own measured data.
     """
     rows = []
     for rpm, run, measured in _pairs(metrics, sensors):
@@ -54,19 +52,13 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
 
 
 def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
-    """Return the ratio of independent results and its standard error, to first order (JCGM 100:2008, 5.1.2).
-
-    Both are NaN over a base of zero.
-    """
+    """Return the ratio of independent results and its standard error, to first order (JCGM 100:2008, 5.1.2)."""
     ratio = value / base if base else nan
     return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else nan
 
 
 def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
-    """Tabulate the dominant peaks, two rows a speed: simulation and sensor, each with its printed value.
-
-    Parameters are those of :func:`table3`.
-    """
+    """Tabulate the dominant peaks, two rows a speed: simulation and sensor, each with its printed value."""
     rows = []
     names = {  # of a column here, and in `measure.estimators.sensor_metrics`
         f"line_{prefix}{name}": f"line_{name}{ending}"
@@ -84,11 +76,7 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
 
 
 def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
-    """Compare RMS and SD of three tooth surfaces and ten arcs, each with its standard error: Table 4 without the lost
-    comparison.
-
-    ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).
-    """
+    """Compare RMS and SD of three tooth surfaces and ten arcs: Table 4 without the lost comparison."""
     rows = []
     table = metrics.set_index("run")
     for rpm in speeds:

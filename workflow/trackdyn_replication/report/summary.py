@@ -24,8 +24,7 @@ def summary(
 ) -> list[str]:  # fmt: skip
     """Word the answer of the replication: the finding, the verdict on the default rig, missed numbers, its ring.
 
-    ``study`` is the table of `finding.TABLE`, ``learned`` are those of `learned_sentences`; ``links`` lead to more
-    of the ``finding`` and of the ``answer``.
+    ``study`` is the table of `finding.TABLE`, ``learned`` are those of `learned_sentences`.
     """
     return blocks(
         Path(__file__).with_name("summary.md.j2"),

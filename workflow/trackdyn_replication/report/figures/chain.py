@@ -116,8 +116,8 @@ def topology_figure(rig: Rig) -> Figure:
 def _draw_loop(ax: Axes, kinds: list[str]) -> None:
     """Draw bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out.
 
-    Elements are numbered as in the paper: odd bodies, each before its output joint, of which the last is cut. They lie
-    on a stadium, clockwise from the middle of its lower side.
+    Bodies are odd as in the paper, each before its output joint. They lie on a stadium, clockwise from the middle of
+    its lower side.
     """
     straight, r, count = 3.4, 1.5, 2 * len(kinds)
     path = belt_path([[-straight / 2, 0.0, r], [straight / 2, 0.0, r]])  # which begins where it meets the left circle

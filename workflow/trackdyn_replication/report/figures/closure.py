@@ -11,18 +11,13 @@ from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn_replication.paper import published
 
-# A gap of exactly nothing cannot stand on a logarithmic axis; below the spacing of doubles near 1 m.
-LEAST_GAP = 1e-17
+LEAST_GAP = 1e-17  # of nothing on a logarithmic axis; below the spacing of doubles near 1 m
 STRETCHES = 180  # parts of a record; the curve shows the largest gap in each
 
 
 @styled
 def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
-    """Draw the largest gap of the loop over time, after (lines) and before (dots) the projection of a step.
-
-    A point is the largest gap of all steps in one of 180 stretches of the record: half a second of a
-    record of 90 s. ``recordings`` is by motor speed (rev/min).
-    """
+    """Draw the largest gap of the loop over time, after (lines) and before (dots) the projection of a step."""
     figure = new_figure(4.0)
     ax = figure.subplots()
     for i, (rpm, recording) in enumerate(sorted(recordings.items())):

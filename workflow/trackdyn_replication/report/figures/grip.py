@@ -28,7 +28,7 @@ VERDICTS = {"conclusion_3": "no right arc from 0.305 m on", "plateau": "left arc
 def grip_figure(table: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> Figure:
     """Draw the window of ring radii over the mobilised friction, and the shares of tracks over the value of either law.
 
-    ``table`` has the rows of the study that ran, ``ranges`` the assumed range of the parameter of each law.
+    ``ranges`` are those assumed for the parameter of each law.
     """
     figure = new_figure(4.2, PAGE)
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))

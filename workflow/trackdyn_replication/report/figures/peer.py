@@ -26,8 +26,8 @@ PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
 def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     """Draw the loop of the independent code (a) and its tooth profile (b).
 
-    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours if it did not run, with the shift
-    of the tensioning wheel (m). ``missing`` is the reason in that case, which the title states.
+    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours if ``missing`` says why it did not
+    run, with the shift of the tensioning wheel (m).
     """
     figure = new_figure(5.6)
     complete, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
@@ -59,8 +59,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
 def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
     """Draw the vertical displacement of the selected link in both codes, and their difference.
 
-    Tables are those of `trackdyn_replication.peers.comparison.compare_codes`; ``missing`` is the reason if the other
-    code did not run.
+    Tables are those of `trackdyn_replication.peers.comparison.compare_codes`.
     """
     readings = list(summary["reading"])
     figure = new_figure(2.6 * len(readings) + 0.7)

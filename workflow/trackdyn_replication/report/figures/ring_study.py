@@ -18,10 +18,7 @@ STEADY = published.STEADY_LEFT_SHARE, published.RADIUS_OF_STEADY_LEFT_SHARE
 
 @styled
 def creep_figure(study: pd.DataFrame, grips: pd.DataFrame) -> Figure:
-    """Draw contact durations of the arcs over the radius, for the default rig's ring and one of rubber, which grips.
-
-    ``study`` and ``grips`` have rows of ``metrics.csv`` for every radius at every speed.
-    """
+    """Draw contact durations of the arcs over the radius, for the default rig's ring and one of rubber, which grips."""
     figure = new_figure(4.2)
     axes = figure.subplots(2, 2, sharex=True, sharey="row")
     for column, (title, rows) in zip(axes.T, {"default rig": study, "a ring that grips": grips}.items(), strict=True):

@@ -8,10 +8,13 @@ from pathlib import Path
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
 from trackdyn_replication.report.figures.chain import piece_figure, topology_figure
-from trackdyn_replication.report.figures.contact_cases import arc_figure, link_figure
-from trackdyn_replication.report.figures.engagement import engagement_figure, sector_figure
-from trackdyn_replication.report.figures.flow import flow_figure
-from trackdyn_replication.report.figures.groove import detection_figure, section_figure
+from trackdyn_replication.report.figures.contact import arc_figure, flow_figure, link_figure
+from trackdyn_replication.report.figures.groove import (
+    detection_figure,
+    engagement_figure,
+    section_figure,
+    sector_figure,
+)
 from trackdyn_replication.report.figures.system import locations_figure, setup_figure, system_figure
 
 FIGURES = {

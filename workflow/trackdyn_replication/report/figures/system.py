@@ -15,7 +15,7 @@ from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, sty
 from trackdyn.rig.layout import wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
 from trackdyn_replication.report import marks
-from trackdyn_replication.report.figures.engagement import seated_pins
+from trackdyn_replication.report.figures.groove import seated_pins
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
 GROUND = 0.18  # depth of the ground under the lowest pin, m
@@ -87,8 +87,7 @@ def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
     """Return body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
 
-    ``frame`` is a row of ``Recording.frame``, with the tensioning wheel ``shift`` (m) along its line. A wheel that no
-    link touches before the loop has settled has the nearest one.
+    A wheel that no link touches before the loop has settled has the nearest one.
     """
     pins, _, _ = drawing.chain_points(rig, frame)
     touching = []

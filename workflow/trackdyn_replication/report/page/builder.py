@@ -23,16 +23,8 @@ from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
 from trackdyn.version import __version__
+from trackdyn_replication.paper import scorecard
 from trackdyn_replication.paper.contents import OF_STUDIES, OWN, PAGE, PAPER, Item, missing_items
-from trackdyn_replication.paper.scorecard import (
-    MARKS,
-    conclusion_table,
-    failed_rows,
-    number_rows,
-    outside_sentence,
-    statements_by_label,
-    waiting_sentence,
-)
 from trackdyn_replication.paper.tracks import learned_sentences
 from trackdyn_replication.report.figures.trade import promises_sentence
 from trackdyn_replication.report.summary import summary
@@ -68,7 +60,7 @@ def build_page(
     sampled tracks by name, and a ``picture``; without them the rig is another one than the paper's, of which only the
     runs are shown. Without its ``teeth`` no ring is recommended.
     """
-    recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
+    check_sources(recordings := sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         entries = list(pool.map(partial(_entry, results, synthetic, tracks is None), (*PAPER, *OWN, *OF_STUDIES)))
@@ -85,12 +77,12 @@ def build_page(
         Path(__file__).parent,
         card=_card(results, tracks),
         short=short,
-        symbols=MARKS,
+        symbols=scorecard.MARKS,
         synthetic=synthetic,
         parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
         kinds=KINDS,
         planner=_html([promises_sentence(pd.read_csv(promises))]) if promises.is_file() else "",
-        recordings=recordings,
+        recordings=len(recordings),
         version=__version__,
         sources=source_hash(),
         parts=_sections(parts | further, shown),
@@ -120,9 +112,9 @@ def _sections(sections: Mapping[str, Mapping], shown: Mapping[str, dict]) -> lis
     ]
 
 
-def check_sources(recordings: Iterable[Path]) -> int:
-    """Count recordings, all made by the present program. Raises `InputError`: one was made by another version."""
-    expected, count = source_hash(), 0
+def check_sources(recordings: Iterable[Path]) -> None:
+    """Refuse a recording that another version of the program made."""
+    expected = source_hash()
     for path in recordings:
         meta, _ = read_npz(path, "trackdyn recording", float("inf"), arrays=False)
         if meta.get("sources") != expected:
@@ -130,8 +122,6 @@ def check_sources(recordings: Iterable[Path]) -> int:
                 f"{path}: was made by another version of the program (sources {meta.get('sources')}, present "
                 f"{expected}); run `snakemake -j2` again, or remove the file if no run of the configuration makes it"
             )
-        count += 1
-    return count
 
 
 def _card(results: Path, tracks: Mapping[str, str] | None) -> dict | None:
@@ -148,17 +138,17 @@ def _card(results: Path, tracks: Mapping[str, str] | None) -> dict | None:
     links = {"finding": "#our-grip", "answer": "#tracks"}
     texts = summary(tables["study"], judged, numbers, parameters, tables["near"], tables, **links)
     return about | {
-        "said": statements_by_label(card, judged, tables),
+        "said": scorecard.statements_by_label(card, judged, tables),
         "summary": [_html([text]) for text in texts],
-        "conclusions": conclusion_table(judged, tables["grips"], tables["sentences"]),
-        "failed": failed_rows(card, judged),
+        "conclusions": scorecard.conclusion_table(judged, tables["grips"], tables["sentences"]),
+        "failed": scorecard.failed_rows(card, judged),
         "speeds": max(card["speeds"].dropna(), key=len, default=""),
-        "numbers": number_rows(numbers),
+        "numbers": scorecard.number_rows(numbers),
         "marks": judged.to_dict("records"),
         "learned": _html(learned_sentences(tables)),
         "picture": embedded_picture(Path(tracks["picture"])),
-        "known": _html([outside_sentence(parameters, about["rig"], tables["mobilised"])]),
-        "waiting": _html([waiting_sentence(card)]),
+        "known": _html([scorecard.outside_sentence(parameters, about["rig"], tables["mobilised"])]),
+        "waiting": _html([scorecard.waiting_sentence(card)]),
     }
 
 
