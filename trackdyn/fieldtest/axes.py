@@ -30,9 +30,8 @@ SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two recor
 def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     """Return mean and first harmonics of the loop's frequency in a record, whatever the instant at which it begins.
 
-    ``axes`` are (a, N) accelerations, of which the first one's crest begins a turn; ``rate`` and ``hz`` are samples and
-    turns of the loop per second. The result, (a, HARMONICS + 1) in the unit of ``axes``, is the mean over whole turns;
-    amplitudes are divided by the root of 2, so that squares add up to the mean square.
+    ``axes`` are (a, N) accelerations, of which the first one's crest begins a turn; ``hz`` are turns per second. The
+    result, (a, HARMONICS + 1), is the mean over whole turns; squares of its amplitudes add up to the mean square.
     """
     length = min(int(rate / hz), axes.shape[1])
     starts = (np.arange(max(int((axes.shape[1] - length) / rate * hz + 1e-6) + 1, 1)) * rate / hz).astype(int)
@@ -64,34 +63,23 @@ Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay,
 
 
 def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
-    """Return shapes of a turn (`turn_shape`): simulated, with its mirror image, and recorded by choice of axes.
-
-    The first choice is the axes as they are read. The last number is the turns of the recorded loop per second, Hz.
-    """
+    """Return shapes of a turn, simulated and mirrored, and by choice of axes, as read first; and the loop's Hz."""
     signal, loop_hz = sense(recording), recording.periods.loop_hz
-    recorded = {axis: getattr(record, axis) for axis in ("ay", "ax", "az")}
-    recorded = {axis: values for axis, values in recorded.items() if values is not None}
+    recorded = {axis: values for axis in ("ay", "ax", "az") if (values := getattr(record, axis)) is not None}
     count = 1 + ("ax" in recorded)
     simulated = turn_shape(np.array([signal.ay, signal.ax][:count]), recording.rate, loop_hz)
     band = loop_hz / OTHER_SPEED, loop_hz * OTHER_SPEED
     strongest = max(recorded.values(), key=lambda axis: highest_line(axis, record.rate, *band)[1])
     hz = measured_loop_hz(strongest, record.rate, loop_hz)
-    choices = [
-        tuple(zip(signs, names, strict=True))
-        for names in permutations(recorded, count)
-        for signs in product((1, -1), repeat=count)
-    ]
-    shapes = {
-        axes: turn_shape(np.array([sign * recorded[axis] for sign, axis in axes]), record.rate, hz) for axes in choices
-    }
+    shapes = {}
+    for names, signs in product(permutations(recorded, count), product((1, -1), repeat=count)):
+        axes = np.array([sign * recorded[name] for sign, name in zip(signs, names, strict=True)])
+        shapes[tuple(zip(signs, names, strict=True))] = turn_shape(axes, record.rate, hz)
     return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
 
 
 def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[float, float, float]:
-    """Return misfit (g), angle about z (deg) and factor with which a shape is nearest to one of some forms.
-
-    A shape of one axis has no angle. The misfit is infinite where no positive factor brings it nearer.
-    """
+    """Return misfit (g), angle about z (deg) and factor of a shape brought nearest to one of the forms."""
     fits = [(inf, 0.0, 1.0)]
     for angle in range(-179, 181) if len(shape) > 1 else (0,):
         back = _begun_at_crest(np.array(turned(shape[1], shape[0], angle)[::-1]) if len(shape) > 1 else shape)
@@ -131,10 +119,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     content = high_frequency_rms(signal.ay, recording.rate)
 
     def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
-        """Return whether the record is clearly nearer without one cause than as it is read, and than without others.
-
-        Its content from 20 Hz on, then in ``ay``, must be that of the simulation.
-        """
+        """Return whether the record is clearly nearer without one cause than as it is read, and than without others."""
         same_content = ay is None or 1 / SAME_CONTENT < high_frequency_rms(ay, record.rate) / content < SAME_CONTENT
         nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
         return nearer and all(CLEARLY * misfit < other for other in others) and same_content
@@ -194,10 +179,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
 
 
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
-    """Refuse (`InputError`) a record of at least a turn whose axes do not fit (`judge_axes`), before a simulation.
-
-    Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
-    """
+    """Refuse (`InputError`) a record whose axes do not fit (`judge_axes`) those of a belt at this speed (rev/min)."""
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
     duration = whole_samples(rig.rate, scene.periods.loop)
     if doubt := judge_axes(belt_recording(scene.with_(duration=duration)), record):

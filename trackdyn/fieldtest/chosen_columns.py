@@ -103,18 +103,13 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
 
 
 def _by_key(source: Source, mapping: SensorMapping, questions: list[str]) -> dict[str, Column]:
-    """Return columns by axis and ``time``; a choice among several is added to ``questions``.
-
-    Raises `InputError`: the column does not exist, or another key has it.
-    """
-    columns: dict[str, Column] = {}
-    several: dict[str, list[Column]] = {}
-    for key, of_key in candidates(source.columns, mapping).items():
-        if not of_key:
-            raise InputError(f"no column {stated_columns(mapping)[key]!r} for {key}; there are {joined(source.names)}.")
-        columns[key] = of_key[0]
-        several |= {key: of_key} if len(of_key) > 1 else {}
-    if several:
+    """Return columns by axis and ``time``, or `InputError`; a choice among several is added to ``questions``."""
+    choices = candidates(source.columns, mapping)
+    if missing := next((key for key, of_key in choices.items() if not of_key), ""):
+        named_so = stated_columns(mapping)[missing]
+        raise InputError(f"no column {named_so!r} for {missing}; there are {joined(source.names)}.")
+    columns = {key: of_key[0] for key, of_key in choices.items()}
+    if several := {key: of_key for key, of_key in choices.items() if len(of_key) > 1}:
         words = [f"{_numbered(of_key)} may all be {key}" for key, of_key in several.items()]
         numbers = {key: f"{key}: '#{of_key[0].position + 1}'" for key, of_key in several.items()}
         fields = [numbers.pop("time")] if "time" in numbers else []
@@ -153,12 +148,11 @@ def _require_a_sample_a_row(source: Source, columns: dict[str, Column]) -> None:
 
 def _are_one_signal(row: list[np.ndarray]) -> bool:
     """Return whether columns, (N,) each, are samples of one signal in turn, which the next row continues."""
-    spread, mean = [values.std() for values in row], [values.mean() for values in row]
+    spread, mean = np.std(row, axis=1), np.mean(row, axis=1)
     if max(spread) >= (1 + _SAME) * min(spread) or np.ptp(mean) >= _SAME * min(spread):
         return False
 
-    def size(steps: np.ndarray) -> float:
-        """Return the mean size, in which a few impacts count less than in a root mean square."""
+    def size(steps: np.ndarray) -> float:  # a few impacts count less than in a root mean square
         return float(np.abs(steps).mean())
 
     within, on = size(np.diff(row, axis=0)), size(row[0][1:] - row[-1][:-1])
@@ -186,18 +180,14 @@ def _times(source: Source, columns: dict[str, Column], rated: bool, questions: l
         return {}
     if time.position in source.dated:
         time = time._replace(unit="s")
-    fractions = [
-        column._replace(unit=unit) for column, _, unit in fine if _are_fractions(source, time, column, TIME_UNITS[unit])
-    ]
+    # whole seconds, and a column of a finer unit with the rest below a second
+    fractions = []
+    for column, _, unit in fine:
+        seconds, rest = source.numbers([time.position, column.position], time.position).T
+        below = np.isfinite(rest).any() and np.nanmin(rest) >= 0 and np.nanmax(rest) * TIME_UNITS[unit] < 1
+        if time.unit in ("", "s", "sec", "secs") and below and (np.nan_to_num(seconds) % 1 == 0).all():
+            fractions.append(column._replace(unit=unit))
     return {"time": time} | ({"fraction": fractions[0]} if len(fractions) == 1 else {})
-
-
-def _are_fractions(source: Source, time: Column, fine: Column, unit_s: float) -> bool:
-    """Return whether the stamps are whole seconds, and another column of a finer unit is the rest below a second."""
-    seconds, rest = source.numbers([time.position, fine.position], time.position).T
-    if time.unit not in ("", "s", "sec", "secs") or not np.isfinite(rest).any():
-        return False
-    return bool((np.nan_to_num(seconds) % 1 == 0).all() and np.nanmin(rest) >= 0 and np.nanmax(rest) * unit_s < 1)
 
 
 def _counts(source: Source, column: int) -> bool:
@@ -211,23 +201,18 @@ def _is_index(source: Source, column: Column) -> bool:
     return not (column.name or column.unit) and is_index(source.stamps(column.position))
 
 
-def _rises(source: Source, column: int) -> bool:
-    """Return whether a column may be stamps: dates, words, or numbers that rise and never fall."""
-    values = source.stamps(column)
-    return values.size < 2 or bool((np.diff(values) >= 0).all() and np.ptp(values) > 0)
-
-
 def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[str]) -> None:
     """Ask for a column of time that is not used but may be one, or for the rate of a file that has none."""
-    likely = time_like(free)
+    likely, rising = time_like(free), []
     head = source.only(np.arange(len(source.lines)) < _HEAD)
-    rising = [column for column in likely if _rises(source, column.position)] + [
-        column
-        for column in free
-        if column not in likely
-        and all(_counts(rows, column.position) for rows in (head, source))
-        and not (rated and _is_index(source, column))
-    ]
+    for column in likely:
+        values = source.stamps(column.position)
+        if values.size < 2 or ((np.diff(values) >= 0).all() and np.ptp(values) > 0):  # dates, words, or stamps
+            rising.append(column)
+    for column in free:
+        counts = column not in likely and all(_counts(rows, column.position) for rows in (head, source))
+        if counts and not (rated and _is_index(source, column)):
+            rising.append(column)
     if rising:
         questions.append(
             f"the time may be in {' or '.join(column.described for column in rising[:4])}; choose it, "
@@ -242,10 +227,7 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
 
 
 def rows_of_group(source: Source, mapping: SensorMapping) -> Source:
-    """Return the rows of the mapping's group; all of them where it is a group of columns, or none.
-
-    Raises `InputError`: no row is of that group, or several columns may name it.
-    """
+    """Return the rows of the mapping's group, or `InputError`; all of them where it is a group of columns, or none."""
     if mapping.group in (None, "none") or of_group_in(source.columns, mapping.group):
         return source
     for code in re.split(",(?=[^,=]+=)", mapping.group):
@@ -271,15 +253,11 @@ def _rows_of_code(source: Source, mapping: SensorMapping, group: str) -> Source:
         choices = candidates(source.columns, mapping)
         used = {key: columns[0] for key, columns in choices.items() if len(columns) == 1}
         with suppress(InputError):
-            values = {
-                key: source.numbers([used[key].position], used[key].position)[:, 0]
-                for key in used
-                if key in ("ay", "time")
-            }
+            read = {key: used[key].position for key in used.keys() & {"ay", "time"}}
+            values = {key: source.numbers([k], k)[:, 0] for key, k in read.items()}
             apart = [column for column, _ in _sensor_columns(source, used, values)] if "ay" in values else []
-            holders = [column for column in holders if column in apart] or [
-                column for column in holders if column not in used.values()
-            ]
+            unused = [column for column in holders if column not in used.values()]
+            holders = [column for column in holders if column in apart] or unused
     if not holders:
         raise InputError(f"no column's name begins with the group {group!r}, and no row has it.")
     if len(holders) > 1:
@@ -312,10 +290,7 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
 def _sensor_columns(
     source: Source, used: dict[str, Column], values: dict[str, np.ndarray]
 ) -> Iterator[tuple[Column, list[str]]]:
-    """Yield the columns whose few codes tell the rows of several sensors apart, and these codes.
-
-    ``values`` are numbers of the columns that are ``used``, (N,), by axis and ``time``.
-    """
+    """Yield columns whose few codes tell several sensors apart, and these; ``values`` are numbers of ``used``."""
     stamps = [values["time"]] if "time" in values else []
     positions = {column.position for column in used.values()}
     if not stamps:

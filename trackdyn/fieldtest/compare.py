@@ -60,21 +60,17 @@ def compare(
     InputError
         The record is ambiguous or does not fit the recording.
     """
-    record = sensor
-    if not isinstance(record, SensorRecord):
+    if not isinstance(sensor, SensorRecord):
         own = next(iter(recording.sensors.values()))
-        record = read_sensor(record, mapping, own.range, recording.scene.rig.g)
-    table = compare_with_sensor(recording, record)
-    for sentence in doubts_of(recording, record, table):
+        sensor = read_sensor(sensor, mapping, own.range, recording.scene.rig.g)
+    table = compare_with_sensor(recording, sensor)
+    for sentence in doubts_of(recording, sensor, table):
         warnings.warn(sentence, stacklevel=2)
     return table
 
 
 def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
-    """List warnings on a sensor's record; arguments are those of `other_speed`.
-
-    If its axes do not fit, the line that is taken for its speed may be noise.
-    """
+    """List warnings on a sensor's record; without fitting axes the line that is taken for its speed may be noise."""
     doubt = judge_axes(recording, record)
     doubted = doubt.sentence if doubt else other_speed(recording, record, table)
     return [*record.doubts, *filter(None, [doubted])]
@@ -83,8 +79,6 @@ def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -
 @typed
 def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
     """Return measures of both records and their difference; the faster one is averaged over samples of the slower.
-
-    A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
 
     Parameters
     ----------
@@ -97,12 +91,10 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     -------
     DataFrame
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
-        values and standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation
-        including its step error (`measure.metrics.total_errors`); simulation minus sensor, in percent of the sensor's
-        value and in standard errors of the difference; and the number of these above which it is more than scatter,
-        Student's factor of 95 % for the turns of both (Welch). Rows of the line are left out where a record has fewer
-        than two turns of the loop; those that include gravity, where it is missing in the sensor's record
-        (`judge_axes`).
+        values and standard errors over whole revolutions of the loop, those of the simulation with its step error;
+        simulation minus sensor, in percent of the sensor's value and in standard errors of the difference; and the
+        number of these above which it is more than scatter, Student's factor of 95 % for the turns of both (Welch).
+        Rows of the line are left out below two turns of the loop; those of gravity, where the sensor's record lacks it.
 
     Raises
     ------
@@ -110,14 +102,15 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         A record is shorter than one turn of the loop.
     """
     loop_hz = recording.periods.loop_hz
-    if loop_hz and recording.seconds * loop_hz < 1:
-        reason = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
-        raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
+    slow, own_hz = record.averaged(recording.rate), 0.0
     if loop_hz:
+        if recording.seconds * loop_hz < 1:
+            reason = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
+            raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
         record.require_turns(1 / loop_hz)
-    signal, slow = sensed_at(recording, min(record.rate, recording.rate)), record.averaged(recording.rate)
-    with naming(record.path):
-        own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
+        with naming(record.path):
+            own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz)
+    signal = sensed_at(recording, min(record.rate, recording.rate))
     measures = [measure for measure in ACCELERATION if measure.column.shown or not measure.column.text]
     columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column.name for measure in measures)]}
     degrees = {}
@@ -146,45 +139,40 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
 
 
 def in_words(table: pd.DataFrame) -> str:
-    """Return sentences on the differences of RMS and SD in a `compare_with_sensor`, and their standard errors.
-
-    Where gravity is missing, the content from 20 Hz on replaces both.
-    """
+    """Return sentences on the differences of RMS and SD, or of the content from 20 Hz on where gravity is missing."""
     rows = table.set_index("measure")
     names = {"rms_g": "RMS", "sd_g": "SD"} if "rms_g" in rows.index else {HIGH: "content from 20 Hz on"}
     sentences = []
     for measure, name in names.items():
         excess, errors, clear = rows.loc[measure, ["difference_pct", "standard_errors", "clear_from"]].astype(float)
-        if not np.isfinite(excess):
-            continue
         by = f": differs by {significant(abs(errors), 2)} standard errors"
         if not np.isfinite(errors):
             by = " (no standard error: a record has fewer than two turns of the loop, or its step has no known error)"
         elif abs(errors) < clear:
             by = f", within {clear:.2g} standard errors: not significant"
         side = "above" if excess > 0 else "below"
-        sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
+        if np.isfinite(excess):
+            sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
     return "; ".join(sentences)
 
 
 def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
     """Return a sentence on the speed of a sensor's record, if the simulated loop turns at another; else None.
 
-    ``table`` is that of `compare_with_sensor`. Another speed is one that differs by more than two standard errors and
-    by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.
+    It differs by two standard errors and by 1 %: over 2.5 turns a noisy line is that of the whole record to 0.9 %.
     """
     hz, rpm, lines = recording.periods.loop_hz, recording.scene.motor_rpm, table.set_index("measure")
     if record.wraps or "line_hz_binfree" not in lines.index:
         return None
-    source = record.done.get("rate", "")
     own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
     if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
-    guessed, other = "taken for" in source, ", or give the rate if it is another, `time: none, rate: HZ`"
-    scatter = f" (standard error {error:.2g})" if error else ""
-    turns = f"{own_hz:.4g} times per second{scatter}{f' at {source}' * guessed}"
+    turns = f"{own_hz:.4g} times per second" + (f" (standard error {error:.2g})" if error else "")
+    remedy = f"compare with a run at {rpm * own_hz / hz:.4g} rpm"
+    if "taken for" in (source := record.done.get("rate", "")):
+        turns += f" at {source}"
+        remedy += ", or give the rate if it is another, `time: none, rate: HZ`"
     return (
         f"{record.path}: its loop turns {turns}, the simulated one {hz:.4g} times at {rpm:g} rpm, "
-        f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; compare with a run at "
-        f"{rpm * own_hz / hz:.4g} rpm{other * guessed}"
+        f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; {remedy}"
     )

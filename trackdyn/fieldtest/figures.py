@@ -47,10 +47,7 @@ def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str
 
 
 def first_crest(ay, rate: float, hz: float) -> int:
-    """Return the sample of the first crest of the oscillation of frequency ``hz``.
-
-    Its phase is that of its first two periods, mean removed, not of the whole record: the speed of a real track drifts.
-    """
+    """Return the first crest of ``hz`` Hz, by its first two periods only: the speed of a real track drifts."""
     begin = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
     angle = 2 * np.pi * hz / rate * np.arange(len(begin))
     phase = np.angle(np.sum((begin - begin.mean()) * np.exp(-1j * angle)))
@@ -63,11 +60,9 @@ def history_figure(
 ) -> Figure:
     """Draw the y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
-    Each curve begins at the first crest of its own fundamental and runs for two revolutions of the simulated loop. The
-    loops turn at slightly different rates, so they agree in phase at the start and drift apart. The view includes all
-    of the simulation and nearly all samples of the sensor; triangles mark where its curve is cut off, and its extremes
-    are written. ``sensor_label`` names the record, as synthetic if it is; without a record the panel of the simulation
-    has it.
+    Each curve begins at the first crest of its own fundamental: loops of slightly different rates drift apart. The view
+    includes all of the simulation and nearly all samples of the sensor; triangles mark where its curve is cut off, and
+    its extremes are written. ``sensor_label`` names the record, as synthetic if it is.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
@@ -93,8 +88,8 @@ def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
     high = max(drawn[0].max(), np.quantile(drawn[-1], 1 - tail))
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-    for ax, curve, ay in list(zip(axes, curves, drawn, strict=True))[1:]:
-        _mark_cut(ax, np.arange(len(ay)) / curve.rate, ay)
+    if len(curves) > 1:
+        _mark_cut(axes[1], np.arange(len(drawn[1])) / curves[1].rate, drawn[1])
     axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
 
 
@@ -116,9 +111,8 @@ def spectrum_figure(
     """Draw single-sided amplitude spectra of the whole records.
 
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as in the paper
-    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle and below:
-    `_draw_ranges`. Parameters are those of `history_figure`; ``others`` are dominant peaks from elsewhere, such as
-    printed ones: label, frequency (Hz), amplitude (g), marker.
+    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and ``others``: label, frequency
+    (Hz), amplitude (g), marker. Middle and below: `_draw_ranges`.
     """
     loop_hz = recording.periods.loop_hz
     curves = _curves(recording, record, sensor_label)
@@ -150,14 +144,10 @@ def spectrum_figure(
 
 @styled
 def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
-    """Draw a record and the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
-
-    Parameters are those of `history_figure`. Raises `InputError`: the loop is at rest.
-    """
+    """Draw histories of two revolutions, spectra up to 2 Hz and of the whole range; `InputError` for a loop at rest."""
     if not recording.periods.loop_hz:
-        raise InputError(
-            "figure: the loop of the recording is at rest, and a figure shows two of its turns; leave it out"
-        )
+        rest = "the loop of the recording is at rest, and a figure shows two of its turns"
+        raise InputError(f"figure: {rest}; leave it out")
     figure = new_figure(7.2)
     figure.set_layout_engine("none")  # triangles outside of the axes lead the constrained one astray
     margins = {"left": 0.12, "right": 0.97, "bottom": 0.06, "top": 0.96, "hspace": 0.55}
@@ -176,8 +166,7 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
     """Draw spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first.
 
-    Spectra are over whole turns of the loop, up to 2 Hz over the same number for all curves, so that equal signals look
-    equal whatever the lengths of their records.
+    Up to 2 Hz over equally many turns for all curves: equal signals look equal whatever the lengths of their records.
     """
     turns = int(min(len(curve.ay) / curve.rate * curve.hz for curve in curves) + 1e-6)
     for curve in curves:
@@ -186,12 +175,11 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
         freq, amplitude = spectrum(curve.ay[:equal], curve.rate)
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        middle, smooth = in_bands(curve.ay[:count], curve.rate, curve.hz)
         every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
         begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves alternate
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
         look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
-        complete.plot(middle, smooth, **look, markevery=(begin, every))
+        complete.plot(*in_bands(curve.ay[:count], curve.rate, curve.hz), **look, markevery=(begin, every))
     low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     low.set_ylim(bottom=0)
     complete.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
@@ -200,9 +188,7 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float], free: tuple[float, float]) -> None:
-    """Draw lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak:
-    of the FFT, and ``free`` of scalloping loss (Hz, g).
-    """
+    """Draw lines of the FFT, the continuous spectrum that they sample, and the dominant peak, also bin-free (Hz, g)."""
     ay, colour = curve.ay - np.mean(curve.ay), curve.look["color"]
     sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
     look = curve.look | {"marker": curve.marker, "markersize": 3.5, "linewidth": 0.8, "label": curve.label}

@@ -44,21 +44,18 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names `is_header` accepts and which has as many as the
-    row that follows has fields. If all columns are chosen by position, the rows are located by the values in these
-    columns, and the header is the line above, if it has names; else columns are named "1", "2" and so on. Where no
-    line is recognised it is the one above the first row of numbers. Raises `InputError`: there is no header or no row.
+    row that follows has fields. If all columns are chosen by position, rows are located by the values in these columns.
+    Where no line is recognised it is the one above the first row of numbers. Raises `InputError`: there is none.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
-    if long := next((i + 1 for i, line in enumerate(head) if len(line) > _LONGEST), 0):
-        raise InputError(
-            f"line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export only the columns "
-            "of the sensor, a sample a line."
-        )
-    rows = [
-        i
-        for i, line in enumerate(head)
-        if line.strip() and not line.lstrip().startswith("#") and not _SECTION.fullmatch(line.strip())
-    ]
+    for number, line in enumerate(head, 1):
+        if len(line) > _LONGEST:
+            raise InputError(
+                f"line {number} has {len(line)} characters, at most {_LONGEST} are read; export only the columns of "
+                "the sensor, a sample a line."
+            )
+    bare = map(str.strip, head)
+    rows = [i for i, line in enumerate(bare) if line and not line.startswith("#") and not _SECTION.fullmatch(line)]
     if not rows:
         content = "has only comments" if text.strip() else "is empty"
         raise InputError(f"the file {content}; it must have a header such as 't_s,ax_g,ay_g,az_g', and rows.")
@@ -69,8 +66,8 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
     unequal = None
     for i, line in enumerate(head):
         line, below = line.strip(" "), [j for j in rows if j > i]
-        commented = line.startswith("#")
-        line = line.lstrip("#").strip() if commented else line
+        if commented := line.startswith("#"):
+            line = line.lstrip("#").strip()
         for separator in _separators(line):
             names = split_fields(line, separator)
             if commented and below and len(names) == len(split_fields(head[below[0]], separator)) + 1:
@@ -78,17 +75,18 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
             if not is_header(names, mapping):
                 continue
             units, first = _below(head, below, separator, len(names))
-            if first == len(head) or len(split_fields(head[first], separator, len(names))) == len(names):
-                for j in [row for row in rows if row < i]:
-                    fields = split_fields(head[j], separator, len(names))
-                    if len(fields) == len(names) and all(map(is_value, fields)):
-                        raise InputError(
-                            f"line {j + 1} has numbers ({shown(head[j])}) above the names in line {i + 1}; remove "
-                            "it, or write the names above it."
-                        )
-                return rows_of(text, names, units, first, separator)
-            if i in rows:
-                unequal = unequal or (head[first], first + 1, names, separator, f"the header in line {i + 1}")
+            if first < len(head) and len(split_fields(head[first], separator, len(names))) != len(names):
+                if i in rows and not unequal:
+                    unequal = head[first], first + 1, names, separator, f"the header in line {i + 1}"
+                continue
+            for j in [row for row in rows if row < i]:
+                fields = split_fields(head[j], separator, len(names))
+                if len(fields) == len(names) and all(map(is_value, fields)):
+                    raise InputError(
+                        f"line {j + 1} has numbers ({shown(head[j])}) above the names in line {i + 1}; remove it, or "
+                        "write the names above it."
+                    )
+            return rows_of(text, names, units, first, separator)
     if unequal:
         refuse_fields(*unequal)
     return rows_of(text, *_likely_layout(head, rows))
@@ -98,14 +96,13 @@ def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:
     """Add an empty field to rows without a comment, where LabVIEW's last column is for comments."""
     for i, line in enumerate(head):
         separator = _separators(line)[0]
-        count = len(names := split_fields(line, separator))
-        if count < 3 or names[-1].casefold() not in ("comment", "comments") or separator == " ":
+        names = split_fields(line, separator)
+        if len(names) < 3 or names[-1].casefold() not in ("comment", "comments") or separator == " ":
             continue
-        if any(len(split_fields(row, separator)) == count - 1 for row in head[i + 1 :]):
+        if any(len(split_fields(row, separator)) == len(names) - 1 for row in head[i + 1 :]):
             lines = text.split("\n")
-            lines[i + 1 :] = [
-                row + separator if len(split_fields(row, separator)) == count - 1 else row for row in lines[i + 1 :]
-            ]
+            for k, row in enumerate(lines[i + 1 :], i + 1):
+                lines[k] += separator * (len(split_fields(row, separator)) == len(names) - 1)
             return "\n".join(lines), lines[: len(head)]
     return text, head
 
@@ -210,8 +207,7 @@ def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, nu
     header = lines_of_names[: 1 + (len(lines_of_names) > 1 and any(map(is_unit, fields(lines_of_names[0]))))]
     # a row above is a row, too, and the lines after it are defects
     for i in rows[:at]:
-        texts = fields(i)
-        values = _mostly_values(texts)
+        texts, values = fields(i), _mostly_values(fields(i))
         if i in header or len(texts) != count or lacks_values(texts) or not (values or chosen(texts)):
             continue
         if not values and text_above_values(texts):

@@ -75,10 +75,9 @@ class Source:
         return [row[column] if len(row) > column else "" for row in self.cells]
 
     def numbers(self, columns: Sequence[int], time: int | None = None) -> np.ndarray:
-        """Return (N, c) numbers of some columns, NaN for other cells and in rows of another number of fields.
+        """Return (N, c) numbers of columns, or `InputError`; NaN for other cells and rows of another number of fields.
 
-        Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`). Raises `InputError`: a
-        comma or a point may mark decimals or thousands.
+        Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`).
         """
         text = isinstance(self.body, str)
         values = {} if text else _typed(self.body, columns)
@@ -159,15 +158,6 @@ class Source:
         """Return the line of a text, or the row of a table, for a message."""
         return f"{'line' if isinstance(self.body, str) else 'row'} {self.lines[row]}"
 
-    def repeats(self) -> np.ndarray:
-        """Return a mask, (N,), of rows with the same cells as the row above."""
-        rows: Sequence = self.rows or self.cells
-        return np.array([False, *(row == above for above, row in pairwise(rows))])
-
-    def misfits(self) -> np.ndarray:
-        """Return a mask, (N,), of rows with another number of fields than there are columns."""
-        return np.array([len(row) != len(self.columns) for row in self.cells], bool)
-
     def only(self, chosen: np.ndarray) -> "Source":
         """Return the rows of a mask."""
         body = "\n".join(compress(self.rows, chosen)) if isinstance(self.body, str) else self.body[chosen]
@@ -218,14 +208,13 @@ def table_of(frame: pd.DataFrame) -> Source:
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
     """Split a line into fields without quotes and blanks around them; drop empty ones at the end beyond ``count``."""
-    if '"' not in line and separator != " ":
-        fields = [field.strip(" \t'") for field in line.split(separator)]
-    else:
+    fields = line.split(separator)
+    if '"' in line or separator == " ":
         try:
-            parsed = csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True)
-            fields = [field.strip(" \t'") for field in next(parsed, [])]
+            fields = next(csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True), [])
         except csv.Error:
             fields = [line]
+    fields = [field.strip(" \t'") for field in fields]
     while len(fields) > count and not fields[-1]:
         fields.pop()
     return fields

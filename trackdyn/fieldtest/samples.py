@@ -44,30 +44,28 @@ _WIDTHS = (8, 10, 12, 14, 16, 18, 20, 24, 32)  # bits of counts
 def window_of(t: np.ndarray, start: float, to: float) -> slice:
     """Return the rows of ``t``, (N,) s, from ``start`` to ``to``, s since the first; `InputError` if fewer than two."""
     since = t - t[0]
-    begun = since >= start
-    first = np.argmax(begun) if begun.any() else t.size
-    beyond = since[first:] > to
-    last = first + (np.argmax(beyond) if beyond.any() else beyond.size)
+    first = int(np.argmax(np.append(since >= start, True)))
+    last = first + int(np.argmax(np.append(since[first:] > to, True)))
     if last - first < 2:
         end = "the end" if to == np.inf else f"`to: {to:g}`"
         raise InputError(
             f"{last - first} rows are between `from: {start:g}` and {end}, in s since the first row; the file has "
             f"{since[-1]:.6g} s."
         )
-    return slice(int(first), int(last))
+    return slice(first, last)
 
 
 def without_gaps(
     stamps: Stamps | None, lost: np.ndarray, axes: pd.DataFrame, gaps: str
 ) -> tuple[Stamps | None, pd.DataFrame, int, str]:
-    """Return stamps and axes without gaps, the number of rows dropped before them, and a remark on the repair.
+    """Return stamps and axes without gaps, the number of rows dropped before them, and a remark; or `InputError`.
 
     ``lost`` are numbers of rows missing between rows, (N - 1,); other samples of ``axes`` are missing where they are
-    NaN. ``gaps`` is ``longest`` or ``bridge`` (`SensorMapping.gaps`). Raises `InputError`: too much is missing.
+    NaN. ``gaps`` is ``longest`` or ``bridge`` (`SensorMapping.gaps`).
     """
     count, missing = len(axes), axes.isna().any(axis=1).to_numpy()
     if gaps == "longest":
-        stretch = np.cumsum(missing | np.concatenate([[False], lost > 0]))
+        stretch = np.cumsum(missing | np.append(False, lost > 0))
         longest = np.bincount(stretch[~missing], minlength=1).argmax()
         rows = np.flatnonzero((stretch == longest) & ~missing)
         if rows.size < 2:
@@ -106,13 +104,11 @@ def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, st
     ends, saturated = f"at the end of the range of {range_g:g} g", []
     for axis, samples in axes.items():
         levels, counts = np.unique(samples.to_numpy(), return_counts=True)
-        pairs = ((0, 1), (-1, -2)) if levels.size > 2 else ()
-        extremes = [
-            float(levels[end])
-            for end, following in pairs
-            if counts[end] >= max(_STANDING, _MORE_OFTEN * counts[following])
-            and abs(levels[end]) < largest * (1.0 - 1e-6)
-        ]
+        extremes = []
+        for end, following in ((0, 1), (-1, -2)) if levels.size > 2 else ():
+            often = counts[end] >= max(_STANDING, _MORE_OFTEN * counts[following])
+            if often and abs(levels[end]) < largest * (1.0 - 1e-6):
+                extremes.append(float(levels[end]))
         if not extremes:
             continue
         standing = np.isin(samples, extremes)
@@ -153,9 +149,7 @@ def marks(values: np.ndarray) -> np.ndarray:
 
 
 def stray(values: np.ndarray) -> np.ndarray:
-    """Return a mask, (N,), of 0 or -1 if it is an error of a bus: much more frequent than near values, and off its
-    neighbours' mean.
-    """
+    """Return a mask, (N,), of 0 or -1 if it is an error of a bus: too frequent, and off its neighbours' mean."""
     levels, counts = np.unique(values, return_counts=True)
     off = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2)
     for value in {0.0, -1.0} & set(levels) if levels.size > _MANY_LEVELS else ():
@@ -170,9 +164,8 @@ def stray(values: np.ndarray) -> np.ndarray:
 def wrapped(ay: np.ndarray) -> list[str]:
     """Warn of a signal that jumps by its whole extent, more often than by less."""
     step, extent = np.abs(np.diff(ay)), float(np.ptp(ay))
-    jumps = np.count_nonzero(step > _WHOLE * extent)
-    symmetric = abs(ay.max() + ay.min()) < _SYMMETRIC * extent
-    if not symmetric or jumps < _JUMPS or jumps < np.count_nonzero(step > 0.5 * extent) - jumps:
+    jumps, halves = (np.count_nonzero(step > share * extent) for share in (_WHOLE, 0.5))
+    if abs(ay.max() + ay.min()) >= _SYMMETRIC * extent or jumps < _JUMPS or jumps < halves - jumps:
         return []
     return [
         f"ay jumps {jumps} times from row to row by nearly its extent of {extent:.4g} g: it {WRAPS}, RMS and peaks are "
@@ -181,11 +174,7 @@ def wrapped(ay: np.ndarray) -> list[str]:
 
 
 def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
-    """Convert unsigned two's-complement counts, 65535 for -1, to signed ones; return them and a note.
-
-    Unsigned ones jump by the whole range of the counts where the signal passes zero: the reading with clearly shorter
-    steps is right.
-    """
+    """Convert unsigned two's-complement counts, 65535 for -1, to signed ones, if steps get shorter; add a note."""
     finite = values[np.isfinite(values)]
     if finite.size < 2 or finite.min() < 0 or (finite != np.round(finite)).any():
         return values, ""
@@ -200,17 +189,14 @@ def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
 def stuck(ay: np.ndarray, since: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
     """Return a warning of the longest run of rows with one ``ay``, (N,) g, if it far exceeds the others.
 
-    Rows at the end of the range, ``largest`` g, are clipped instead. ``since``, (N,), is the time from the first row
-    on, s; ``where`` words a row.
+    Rows at ``largest`` g are clipped instead. ``since``, (N,), is the time from the first row on, s.
     """
     moved = np.flatnonzero(np.append(True, np.diff(ay) != 0))
     runs = np.diff(moved, append=ay.size)
     first, count = int(moved[np.argmax(runs)]), int(runs.max())
     last = first + count - 1
-    short = since[last] - since[first] < _STILL_S
-    if short or abs(ay[first]) >= largest * (1.0 - 1e-6):
-        return []
-    if count < max(_STILL, _MUCH_LONGER * np.quantile(runs, 0.99, method="lower")):
+    short = since[last] - since[first] < _STILL_S or abs(ay[first]) >= largest * (1.0 - 1e-6)
+    if short or count < max(_STILL, _MUCH_LONGER * np.quantile(runs, 0.99, method="lower")):
         return []
     cuts = [f"`from: {since[last + 1]:.6g}`" for _ in since[last + 2 :][:1]]
     cuts += [f"`to: {since[first - 1]:.6g}`"] * (first > 1)
@@ -256,17 +242,15 @@ def _rest(content: np.ndarray, mean: np.ndarray) -> int:
         return 0
     motion = content[loud[0] : loud[-1] + 1]
     longest = int(np.diff(loud).max(initial=1)) - 1
-    as_quiet = 1 - loud.size / motion.size
-    resting = loud[0] >= _LONGER_REST * longest and as_quiet < _SELDOM
+    resting = loud[0] >= _LONGER_REST * longest and 1 - loud.size / motion.size < _SELDOM
     return int(loud[0]) if resting and np.median(motion) > _MOVED * np.median(content[: loud[0]]) else 0
 
 
 def on_even_instants(t: np.ndarray, axes: pd.DataFrame, rate: float) -> tuple[pd.DataFrame, str]:
     """Interpolate axes at even instants of ``rate`` Hz by cubic splines through the stamps ``t``, s; add a note."""
     even = np.arange(int(t[-1] * rate * (1 + 1e-12)) + 1) / rate
-    resampled = scipy.interpolate.CubicSpline(t, axes.to_numpy())(even)
-    words = f"{t.size} rows onto {even.size} even instants, by cubic splines"
-    return pd.DataFrame(resampled, columns=axes.columns), words
+    resampled = pd.DataFrame(scipy.interpolate.CubicSpline(t, axes.to_numpy())(even), columns=axes.columns)
+    return resampled, f"{t.size} rows onto {even.size} even instants, by cubic splines"
 
 
 def whole_ratio(rate: float, slower: float) -> int:

@@ -4,10 +4,11 @@ Files have many forms. One with a single meaning is read, and the record lists w
 refused with the option that decides it, because a gap, a wrong rate or a wrong unit would change all results.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -129,8 +130,7 @@ def _samples(
 ) -> tuple[Source, dict[str, np.ndarray], np.ndarray]:
     """Return the rows that are samples, their numbers by key, and a mask of those below a row that is none.
 
-    Rows of other sensors are left out and, if there may be gaps, messages. Raises `InputError`: a cell is no number,
-    and there may be no gaps.
+    Messages are left out only if there may be gaps, else a cell without a number is refused (`InputError`).
     """
     keys, positions = list(columns), [column.position for column in columns.values()]
     time = columns["time"].position if "time" in columns else None
@@ -146,7 +146,7 @@ def _samples(
     broken = np.zeros(len(table), bool)
     if wrong.any():
         row, index = map(int, np.argwhere(wrong)[0])
-        messages = source.misfits()
+        messages = np.array([len(cells) != len(source.columns) for cells in source.cells], bool)
         if time is not None:
             messages |= wrong[:, positions.index(time)]
         if mapping.gaps is None or messages.mean() > MOST_MESSAGES:
@@ -164,7 +164,8 @@ def _repeated(source: Source, values: dict[str, np.ndarray]) -> np.ndarray:
         step = np.diff(t)
         repeats = t.size == rows and (step == 0).any() and (step > 0).any()
         if repeats and 2 * stamps.rounding(t) < np.median(step[step > 0]):
-            return source.repeats()
+            cells: Sequence = source.rows or source.cells
+            return np.array([False, *(row == above for above, row in pairwise(cells))])
     return np.zeros(rows, bool)
 
 
@@ -196,7 +197,12 @@ def _record(
         if mapping.gaps:
             values[key][window] = np.where(marks | stray, np.nan, inside)
         elif marks.any():
-            _refuse_marks(source, axis, inside, marks, first)
+            row, others = int(np.argmax(marks)), np.count_nonzero(marks) - 1
+            raise InputError(
+                f"field {axis.column.name} in {source.where(first + row)}{f' and {others} more' * bool(others)} is "
+                f"{inside[row]:g}, far from all other values, like a logger's mark of no sample, or a blow beyond the "
+                "range; leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range."
+            )
         elif stray.any():
             row = int(np.argmax(stray))
             doubts.append(
@@ -210,12 +216,9 @@ def _record(
     )
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
     done = _described(source, columns, axes, counts)
-    left_out = [
-        (count - len(signals), "outside of from and to"),
-        (np.count_nonzero(repeated), "that repeat the row above"),
-    ]
-    if dropped := [f"{number} rows {words}" for number, words in left_out if number]:
-        done["dropped"] = ", ".join(dropped)
+    left_out = {"outside of from and to": count - len(signals), "that repeat the row above": np.sum(repeated)}
+    if any(left_out.values()):
+        done["dropped"] = ", ".join(f"{number} rows {words}" for words, number in left_out.items() if number)
     if mapping.gaps:
         beyond = signals.abs() > range_g * BEYOND
         if beyond.any(axis=1).mean() <= samples.BRIDGED_SHARE:
@@ -267,22 +270,13 @@ def _record(
     )  # fmt: skip
 
 
-def _refuse_marks(source: Source, axis: Axis, values: np.ndarray, marks: np.ndarray, first: int) -> NoReturn:
-    row, others = int(np.argmax(marks)), np.count_nonzero(marks) - 1
-    raise InputError(
-        f"field {axis.column.name} in {source.where(first + row)}{f' and {others} more' * bool(others)} is "
-        f"{values[row]:g}, far from all other values, like a logger's mark of no sample, or a blow beyond the range; "
-        "leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range."
-    )
-
-
 def _described(source: Source, columns: dict[str, Column], axes: dict[str, Axis], counts) -> dict[str, str]:
     """Describe the rows and columns that are read; ``counts`` are numbers and a note by axis."""
-    words = [
-        f"{key} = {'-' * (axis.column.sign < 0)}{axis.column.described} in {axis.unit}{counts[key][1]}, first value "
-        f"{counts[key][0][0]:g}"
-        for key, axis in axes.items()
-    ]
+    words = []
+    for key, axis in axes.items():
+        numbers, note = counts[key]
+        column = f"{'-' * (axis.column.sign < 0)}{axis.column.described}"
+        words.append(f"{key} = {column} in {axis.unit}{note}, first value {numbers[0]:g}")
     used = {column.position for column in columns.values()}
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         words.append(f"not used: {joined(unused)}")
@@ -318,10 +312,7 @@ def turned(ax: Any, ay: Any, angle: float) -> tuple[Any, Any]:
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
-    """Write (N,) times ``t_s`` in s and axes in g, without those that are None, below lines of ``comments``.
-
-    Times have 3 decimals, or up to 9 where they are no whole milliseconds, axes 4.
-    """
+    """Write (N,) times ``t_s`` in s and axes in g, without those that are None, below lines of ``comments``."""
     decimals = next((d for d in range(3, 9) if np.max(np.abs(t_s - np.round(t_s, d))) <= 1e-9), 9)  # to a nanosecond
     axes = {f"{name}_g": values for name, values in zip(AXES, (ax, ay, az), strict=True) if values is not None}
     table = pd.DataFrame({"t_s": [f"{instant:.{decimals}f}" for instant in t_s], **axes})

@@ -133,10 +133,7 @@ class SensorMapping(Section):
         return self
 
     def of_sensors(self, names: Iterable[str], path: Path | str, only: str | None = None) -> dict[str, "SensorMapping"]:
-        """Return the mapping of each sensor of a rig by its name, or of the ``only`` one that is compared.
-
-        Raises `InputError`: the groups of the file ``path`` are not those of the sensors.
-        """
+        """Return the mapping of each sensor of a rig, or of the ``only`` one that is compared; or `InputError`."""
         names = list(names)
         compared = names if only is None else [only]
         if not self.sensors and len(compared) == 1:
@@ -167,10 +164,7 @@ def _on_top(common: Any, own: Any) -> Any:
 
 @typed
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
-    """Read a mapping from a YAML file and replace its fields by options other than None, empty or False.
-
-    Raises `InputError`: a key or its value is not valid.
-    """
+    """Read a mapping from a YAML file, or `InputError`; options other than None, empty or False replace its fields."""
     data = {} if path is None else read_yaml(path)
     if isinstance(data, dict):
         options = {name: value for name, value in options.items() if value not in (None, {}) and value is not False}

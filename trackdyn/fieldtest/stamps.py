@@ -7,7 +7,7 @@ line through all stamps tells rounding from lost rows: rounded ones stay within 
 import re
 import warnings
 from collections.abc import Callable
-from itertools import product
+from itertools import compress, product
 from typing import NamedTuple
 
 import numpy as np
@@ -88,7 +88,7 @@ def seconds_of(texts: list[str]) -> np.ndarray:
     for written, form in _FORMS.items():
         if any(re.search(written, text) for text in texts[:100]):
             texts = [re.sub(written, form, text) for text in texts]
-    first = texts[valid.index(True)] if any(valid) else ""
+    first = next(compress(texts, valid), "")
     if _DURATION.fullmatch(first):
         days, hours, minutes, rest = pd.Series(texts).str.extract(_DURATION).astype(float).to_numpy().T
         seconds = 86_400.0 * np.nan_to_num(days) + (rest + minutes * 60.0 + np.nan_to_num(hours) * 3600.0)
@@ -130,10 +130,9 @@ def _improbability(seconds: np.ndarray) -> tuple[int, float]:
 
 
 def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
-    """Convert the ``values``, (N,), of a column to s since the first, from its unit or the one that fits.
+    """Convert ``values``, (N,), of a column to s since the first, from its unit or the one that gives a likely rate.
 
-    That one gives a rate in ``TOLD_APART``. Raises `InputError`: no unit fits, or not that of the column, or the values
-    may be row numbers, unless the rate is ``stated``.
+    Raises `InputError`: no unit fits, or they may be row numbers, unless the rate is ``stated``.
     """
     unit = TIMES.get(time.unit, TIMES.get(time.base))
     if time.unit and not unit:
@@ -197,38 +196,29 @@ def rounding(values: np.ndarray) -> float:
     seen = values[:: max(values.size // 2000, 1)]
     with np.errstate(over="ignore"):
         some = seen.astype(np.float32)
+    whole = some.astype(float)
     # written in full, as short as single precision allows, or to these decimals
-    copies = (
-        some.astype(float),
-        some.astype(str).astype(float),
-        np.round(some.astype(float), 9 if decimals is None else decimals),
-    )
+    copies = whole, some.astype(str).astype(float), np.round(whole, 9 if decimals is None else decimals)
     if any(np.abs(copy - seen).max() <= noise for copy in copies):
         unit = max(unit, float(np.spacing(np.abs(some).max())))
     return float(unit)
 
 
 def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bool) -> np.ndarray:
-    """Return (N - 1,) counts of rows missing between ``count`` rows, by their stamps; zero without stamps.
-
-    ``rate`` and ``resample`` are as in `judge_stamps`.
-    """
+    """Return (N - 1,) counts of rows missing between ``count`` rows, by their stamps; zero without stamps."""
     if stamps is None:
         return np.zeros(count - 1)
     step = np.diff(stamps.t)
     usual = 1.0 / rate.hz if rate else float(np.median(step) or np.mean(step))
-    lost = np.maximum(np.round(step / usual) - 1.0, 0.0)
-    return np.where(step > (_GAP if resample else 1.5) * usual, lost, 0.0)
+    return np.where(step > (_GAP if resample else 1.5) * usual, np.maximum(np.round(step / usual) - 1.0, 0.0), 0.0)
 
 
 def judge_stamps(
     stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
 ) -> tuple[Rate, bool, str]:
-    """Return the rate of a record, whether its rows are even in time, and a description of the steps.
+    """Return the rate of a record, whether its rows are even in time, and a description of the steps; or `InputError`.
 
     ``rate`` is the user's, and ``where`` names the line of a row.
-
-    Raises `InputError`: rows are missing, times jitter or drift and must not be resampled, or differ from ``rate``.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)
@@ -243,12 +233,11 @@ def judge_stamps(
         )
     if t[-1] == 0.0:
         raise InputError(f"the stamps of all {n} rows are equal; read them without, {NO_STAMPS}.")
-    gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
-    if gaps.size:
-        k = int(gaps[0])
+    if (gaps := step > _GAP * max(np.median(step), np.mean(step)) + q).any():
+        k = int(np.argmax(gaps))
         raise InputError(
-            f"a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before "
-            f"{where(k + 1)}, {np.median(step):.6g} s is usual; {_REMEDY}."
+            f"a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before {where(k + 1)}, "
+            f"{np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
     fitted = float(1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1])
@@ -259,11 +248,9 @@ def judge_stamps(
             f"`rate: {fitted:.6g}` if the stamps are right, else {NO_STAMPS}."
         )
     hz = rate.hz if rate else fitted
-    odd = np.abs(step * hz - 1.0)
+    odd, equal = np.abs(step * hz - 1.0), np.ptp(step) * hz < 1e-6
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
-    line = f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
-    if np.ptp(step) * hz < 1e-6:
-        line = "equal steps"
+    line = "equal steps" if equal else f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
     if q * hz > 1.5:
         raise InputError(
             f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without them, {NO_STAMPS}, if "

@@ -46,10 +46,9 @@ _SIGNS = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": 
 
 
 def read_logger_text(path: Path) -> str:
-    """Read a text file of at most ``MAX_TEXT_BYTES`` and normalise it (`_normalised`).
+    """Read a text file of at most ``MAX_TEXT_BYTES``, perhaps packed by gzip, and normalise it; or `InputError`.
 
-    UTF-8, UTF-16, UTF-32, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be. A
-    file packed by gzip is unpacked. Raises `InputError`: the file cannot be read, is larger, or is not text.
+    UTF-8, UTF-16, UTF-32, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be.
     """
     plain_file(path, "CSV file")
     try:
@@ -79,11 +78,7 @@ def read_logger_text(path: Path) -> str:
 
 
 def _normalised(text: str) -> str:
-    """Normalise line ends, blanks and signs, comments to ``#`` and exponents to ``e``.
-
-    Quotes around whole lines and a spreadsheet's ``="0.5"`` are removed. The stamp that a serial monitor puts in front
-    of each line becomes its last field.
-    """
+    """Normalise line ends, blanks, signs, quotes, comments to ``#``, exponents to ``e``; move a monitor's stamps."""
     text = re.sub("\r*\n|\r", "\n", text).translate(_SIGNS)
     head = text.split("\n", 200)[:200]
     if '="' in text:
