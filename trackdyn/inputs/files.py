@@ -69,8 +69,7 @@ def is_gone(process: int) -> bool:
 def remove_abandoned(folder: Path | str) -> None:
     """Remove temporary files of `replacing` below a folder whose processes on this machine have ended."""
     for path in Path(folder).rglob(".*.trackdyn-part*"):
-        match = _PART_FILE.fullmatch(path.name)
-        if match and is_gone(int(match[1])):
+        if (match := _PART_FILE.fullmatch(path.name)) and is_gone(int(match[1])):
             with suppress(OSError):
                 path.unlink()
 
@@ -164,10 +163,7 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
-    """Return the contents of a plain file of at most ``limit`` bytes; ``label`` names its type in messages.
-
-    Raises `InputError`: the file is missing, a folder or a device, larger, or cannot be read.
-    """
+    """Return the contents of a plain file of at most ``limit`` bytes, or `InputError`; ``label`` names its type."""
     path = plain_file(path, label)
     try:
         with open(path, "rb") as file:
@@ -205,18 +201,16 @@ def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", com
     """Write a description and arrays with their checksum, to a temporary file and rename."""
     import numpy as np
 
-    text = json.dumps(meta, sort_keys=True)
+    text, write = json.dumps(meta, sort_keys=True), np.savez_compressed if compress else np.savez
     arrays = {name: np.asarray(array) for name, array in arrays.items()}
     with replacing(path) as temporary, temporary.open("wb") as file:
-        write = np.savez_compressed if compress else np.savez
         write(file, meta=np.array(text), checksum=np.array(_checksum(text, arrays)), **arrays)
 
 
 def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
-    """Return the description (``meta``, JSON) and the arrays of an npz file; nothing is unpickled.
+    """Return the description (``meta``, JSON) and the arrays of an npz file, or `InputError`; nothing is unpickled.
 
-    The arrays, which are not read without ``arrays``, may take ``limit`` bytes, the description `LARGEST_META`. Raises
-    `InputError`: the file is missing, larger, damaged, or holds anything but a description and arrays.
+    The arrays, which are not read without ``arrays``, may take ``limit`` bytes, the description `LARGEST_META`.
     """
     import numpy as np  # not needed by commands that read text only
 

@@ -90,17 +90,15 @@ class Section(BaseModel, metaclass=_Sentences):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Show in ``help`` the types and defaults of the fields, without validators."""
-        fields = {name: info.annotation for name, info in cls.model_fields.items()}
-        types = fields
+        types = {name: info.annotation for name, info in cls.model_fields.items()}
         with suppress(NameError):  # a section that is defined further down
-            types = get_type_hints(SimpleNamespace(__annotations__=fields))
+            types = get_type_hints(SimpleNamespace(__annotations__=types))
         own = signature(cls.__init__).parameters.values()
         first = {p.name: p for p in own if p.kind is not p.VAR_KEYWORD and p.name not in ("self", "data")}
         for name, info in cls.model_fields.items():
-            default = Parameter.empty if info.is_required() else info.default
-            if info.default_factory is not None:
-                of_rig = info.default_factory_takes_validated_data
-                default = FROM_THE_RIG if of_rig else info.get_default(call_default_factory=True)
+            default = Parameter.empty if info.is_required() else FROM_THE_RIG
+            if not (info.is_required() or info.default_factory_takes_validated_data):
+                default = info.get_default(call_default_factory=True)
             first.setdefault(name, Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=types[name]))
         cls.__signature__ = Signature([*first.values()])
 
@@ -258,11 +256,11 @@ def typed(target: Typed) -> Typed:
     """
     if isinstance(target, type):
         for name, member in list(vars(target).items()):
-            if name == "__init__" or not name.startswith("_"):
-                if isinstance(member, classmethod):
-                    setattr(target, name, classmethod(typed(member.__func__)))
-                elif isfunction(member):
-                    setattr(target, name, typed(member))
+            public = name == "__init__" or not name.startswith("_")
+            if public and isinstance(member, classmethod):
+                setattr(target, name, classmethod(typed(member.__func__)))
+            elif public and isfunction(member):
+                setattr(target, name, typed(member))
         return target
     names = list(signature(target).parameters)
 
@@ -274,8 +272,8 @@ def typed(target: Typed) -> Typed:
     def call(*args: Any, **kwargs: Any) -> Any:
         declared = hints()
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
-            of_union = get_origin(declared.get(name)) in (Union, UnionType)
-            members = get_args(declared[name]) if of_union else [declared.get(name, Any)]
+            hint = declared.get(name, Any)
+            members = get_args(hint) if get_origin(hint) in (Union, UnionType) else [hint]
             kinds = [get_origin(member) or member for member in members]
             if not any(_is_a(value, kind) for kind in kinds):
                 accepted = (_ACCEPTED[kind][0] if kind in _ACCEPTED else kind.__name__ for kind in kinds)
