@@ -49,12 +49,11 @@ class ToothProfile(Section):
 
 
 def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
-    """Return the groove of a left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
+    """Return the groove of a left flank's arcs (k, 4): centre x, y, radius, sign; tip first; or `InputError`.
 
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
-    with its centre on it, the last one in the middle of the groove. Raises `InputError`: neighbours are not tangent,
-    arcs run backwards, or an end is not where it must be.
+    with its centre on it, the last one in the middle of the groove.
     """
     centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
     if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
@@ -99,10 +98,7 @@ def rounding(arcs: np.ndarray) -> float:
 
 
 def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Return arcs (k, 4) of a flank made tangent, if they miss each other by no more than their last decimal.
-
-    All radii but the tip's, the directions between centres and the height of the last one are unchanged.
-    """
+    """Return arcs (k, 4) of a flank made tangent by its tip's radius and its centres, if only rounding parts them."""
     half, (between, reach, misses) = pi / teeth, _joints(arcs)
     worst = np.abs([*misses, arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]]).max()
     if worst <= TANGENT or worst > rounding(arcs) or not reach.all():
@@ -112,10 +108,7 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Return arcs (k, 4) of a flank; a single one gets a tangent tip, centred on the tooth line.
-
-    Raises `InputError`: the only arc is not a concave one in the middle of the groove.
-    """
+    """Return arcs (k, 4) of a flank, or `InputError`; a single one gets a tangent tip, centred on the tooth line."""
     if len(arcs) > 1:
         return arcs
     x, y, radius, sign = arcs[0]

@@ -14,13 +14,11 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.rig.sections import GrooveParameters
 
 CONVEX = (1, 4, 7, 10)
+EDGE = 1e-9  # radius of an edge, m
 
 
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
-    """Solve ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for the length b of the connector, m.
-
-    Raises `InputError`: the link leaves no room for it on the pin circle.
-    """
+    """Solve ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for the connector's length b, m; or `InputError`."""
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
         raise InputError(
             f"chain.link_length = {link_length} m leaves no room for a connector on a pin circle of radius "
@@ -90,41 +88,32 @@ def groove_of_flank(teeth: int, arcs: np.ndarray, ends: np.ndarray) -> Groove:
     return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
 
 
-def nu(alpha: float) -> np.ndarray:
-    """Return the (2,) unit normal of a surface of slope ``alpha`` (rad), out of the steel."""
-    return np.array([sin(alpha), cos(alpha)])
-
-
 def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
-    """Return arcs (k, 4) of a flank from radii and slopes of its joints.
+    """Return arcs (k, 4) of a flank from (k - 1,) radii of all but the tip's (m) and slopes (rad) of its joints.
 
-    ``radii`` (k - 1,) are all but the tip's, m; ``slopes`` (k - 1,) are in rad; ``bottom`` is the y of the last
-    centre, m. From the middle of the groove on, a common tangent at slope ``alpha`` puts the centres of neighbours on
-    one line along ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
+    ``bottom`` is the y of the last centre, m. From there on a common tangent at a slope puts the centres of neighbours
+    on one line along its normal ``nu``. The tip arc's centre is on the tooth line, which gives its radius.
     """
-    k = len(signs)
-    arcs = np.zeros((k, 4))
+    half, normals = pi / teeth, [np.array([sin(slope), cos(slope)]) for slope in slopes]
+    arcs = np.zeros((len(signs), 4))
     arcs[:, 3], arcs[1:, 2], arcs[-1, 1] = signs, radii, bottom
-    for i in range(k - 2, 0, -1):
-        arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * nu(slopes[i])
+    for i in range(len(signs) - 2, 0, -1):
+        arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * normals[i]
     # O_1 = O_2 - (s_1 r_1 - s_2 r_2) nu on the tooth line x cos + y sin = 0
-    half = pi / teeth
     towards_line = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
     reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / towards_line
     arcs[0, 2] = (reach + signs[1] * arcs[1, 2]) / signs[0]
-    arcs[0, :2] = arcs[1, :2] - reach * nu(slopes[0])
+    arcs[0, :2] = arcs[1, :2] - reach * normals[0]
     return arcs
 
 
 def build_groove(
     design: GrooveParameters, teeth: int, connector_length: float, connector_radius: float, pin_circle: float
 ) -> Groove:
-    """Build ten arcs with a common tangent at every joint; lengths in m.
+    """Build ten arcs with a common tangent at every joint, or raise `InputError`; lengths in m.
 
     Slopes of the design are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. An arc
     resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a connector on the pin circle.
-    Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is narrower than the
-    connector's arc, or the tip closes up.
     """
 
     def refuse(field, remedy):
@@ -149,12 +138,9 @@ def build_groove(
     arcs = flank_arcs(signs, radii, ends, bottom, teeth)
     if arcs[0, 2] <= 0:
         left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
-        remedy = f"the tip radius would be {arcs[0, 2]:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a "
-        refuse("slope_tip", remedy + "smaller r2 or slope")
+        remedy = "enlarge sprocket.equal_pitch_radius, or take a smaller r2 or slope"
+        refuse("slope_tip", f"the tip radius would be {arcs[0, 2]:.4g} m; {left}: {remedy}")
     return groove_of_flank(teeth, arcs, np.array([-pi / teeth, *ends, 0.0]))
-
-
-EDGE = 1e-9  # radius of an edge, m
 
 
 def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
@@ -203,8 +189,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
 def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, angle: float) -> np.ndarray:
     """Return `true_depth` of arcs at ``centres`` (n, 2) of a sprocket turned by ``angle`` (rad); -inf out of reach."""
-    distance = np.hypot(*centres.T)
-    pitch = 2 * pi / groove.teeth
+    distance, pitch = np.hypot(*centres.T), 2 * pi / groove.teeth
     # Eq. 12: groove 1 has its middle half a pitch from x_S; angles from that of the arc's own groove
     polar = np.arctan2(centres[:, 1], centres[:, 0]) - angle
     from_middle = (polar % pitch) - pitch / 2
@@ -235,24 +220,20 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
 def equal_pitch_radii(teeth: float, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
     """Return the ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by four definitions; lengths in m.
 
-    The paper prints the radius and not its definition. All pins lie on one circle in ``polygon`` and
-    ``pins``, links and connectors its chords: those of a pitch span the chord ``c = 2 rp sin(pi / teeth)``,
-    ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, the inverse of `connector_length`.
+    All pins lie on one circle in ``polygon`` and ``pins``, links and connectors are its chords: those of a pitch span
+    ``c = 2 rp sin(pi / teeth)``, ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, the inverse of `connector_length`.
 
     - ``polygon``: links touch the ring in their middle; the definition of ``sprocket.equal_pitch_radius``
     - ``arc``: the middle line of the chain bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``
     - ``pins``: half the thickness of a link below the circle of the pins, ``rp = r + D/2``
-    - ``chord``: the same below the pitch circle of a sprocket whose pitch is one chord,
-      ``a + b = 2 (r + D/2) sin(pi / teeth)``
+    - ``chord``: the same below the pitch circle of one chord a pitch, ``a + b = 2 (r + D/2) sin(pi / teeth)``
     """
     a, b, half = link_length, connector_length, pi / teeth
     pin_circle = sqrt(a**2 + b**2 + 2 * a * b * cos(half)) / (2 * sin(half))
     middle = {
-        "polygon": sqrt(pin_circle**2 - a**2 / 4),
-        "arc": (a + b) / (2 * half),
-        "pins": pin_circle,
-        "chord": (a + b) / (2 * sin(half)),
-    }
+        "polygon": sqrt(pin_circle**2 - a**2 / 4), "arc": (a + b) / (2 * half),
+        "pins": pin_circle, "chord": (a + b) / (2 * sin(half)),
+    }  # fmt: skip
     return {reading: radius - thickness / 2 for reading, radius in middle.items()}
 
 

@@ -5,7 +5,8 @@ and a link's y axis points outward.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import combinations
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -53,10 +54,9 @@ class BeltPath:
 
 
 def belt_path(circles, names=None) -> BeltPath:
-    """Return the belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
+    """Return the belt around circles ``(x, y, radius)`` in clockwise order, starting at the first; or `InputError`.
 
-    ``names`` are for error messages; neighbours may overlap as wheels side by side on their axles do. Raises
-    `InputError`: no tangent of two exists, or one does not touch the belt.
+    ``names`` are for error messages; neighbours may overlap as wheels side by side on their axles do.
     """
     circles = np.asarray(circles, dtype=float)
     names = names or [str(i + 1) for i in range(len(circles))]
@@ -81,8 +81,7 @@ def belt_path(circles, names=None) -> BeltPath:
 def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: float | None = None) -> np.ndarray:
     """Return centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
 
-    The radius is that of the pins of links lying on the wheel, with ``surface`` the wheel's own. ``body`` is the
-    distance of the pins of a body with a link, by default the link's.
+    Radii are those of the pins of bodies of this length, by default links, or with ``surface`` the wheels' own.
     """
     body, angle = rig.chain.link_length if body is None else body, rig.tension.direction * pi / 180
     wheels = [(wheel.x, wheel.y, wheel.radius) for wheel in rig.wheels.values()]
@@ -153,22 +152,18 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
 def check_overlap(rig: Rig, centres: np.ndarray) -> None:
     """Raise `InputError` if wheels with their centres (w, 2) (m) overlap."""
     solid, names = wheel_circles(rig, surface=True)[:, 2], wheel_names(rig)
-    for i in range(len(centres)):
-        for k in range(i + 1, len(centres)):
-            distance, needed = hypot(*(centres[i] - centres[k])), _needed(solid, i, k)
-            # the end of a travel (`travel_range`) is such a distance
-            if distance < needed * (1 - 1e-9):
-                raise InputError(
-                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} "
-                    f"m apart and overlap; the distance must exceed {needed:.4g} m"
-                )
+    for i, k in combinations(range(len(centres)), 2):
+        distance, needed = hypot(*(centres[i] - centres[k])), _needed(solid, i, k)
+        # the end of a travel (`travel_range`) is such a distance
+        if distance < needed * (1 - 1e-9):
+            raise InputError(
+                f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} m "
+                f"apart and overlap; the distance must exceed {needed:.4g} m"
+            )
 
 
 def _needed(solid: np.ndarray, i: int, k: int) -> float:
-    """Return the least distance of the centres of two wheels by all radii, m.
-
-    Two wheels other than the sprocket may be side by side and overlap in the view until one reaches the other's axle.
-    """
+    """Return the least distance (m) of the centres of two wheels; side by side one may reach the other's axle."""
     return float(solid[i] + solid[k] if 0 in (i, k) else max(solid[i], solid[k]))
 
 
@@ -198,7 +193,7 @@ def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
     A load is the difference of the tensions of the two strands at the wheel: of those that turn freely the one with the
     largest wrap, where friction carries most. The lever is ``p / phi``: the chain moves by a pitch p while links that
     do not slide turn the wheel by ``phi``, the angle of a pitch with its pins on one circle. A brake of load times
-    lever takes the load times the speed of the chain. Raises `InputError`: the loop cannot be laid.
+    lever takes the load times the speed of the chain.
     """
     lengths = body_lengths(rig, chain)
     laid = assemble(rig, lengths)
@@ -209,10 +204,9 @@ def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
-    """Return arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
+    """Return arc lengths (n + 1,) of the pins of a chain whose chords have their exact lengths, m; or `InputError`.
 
-    Newton's method keeps every pin between half a chord and 1.6 chords after the one before it. Raises `InputError`: a
-    body is too long for the wheels.
+    Newton's method keeps every pin between half a chord and 1.6 chords after the one before it.
     """
     # the cut joint is in the middle of the last run, where its load is the tension of that strand
     s = 0.5 * (path.start[-2] + path.start[-1]) + np.concatenate([[0.0], np.cumsum(lengths)])
@@ -264,12 +258,11 @@ def longest_strand(rig: Rig, path: BeltPath) -> tuple[float, float]:
 
 def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
     """Return the derivative of the path's length by the tensioner's shift; `InputError` if the direction gives none."""
-    growth, tension = np.zeros(2), rig.tension
+    growth, tension, angle = np.zeros(2), rig.tension, rig.tension.direction * pi / 180
     for k, wheel in enumerate(order):
         if wheel == tensioner(rig):
             enter, leave = path.heading[k - 1], path.heading[k]
             growth += [cos(enter) - cos(leave), sin(enter) - sin(leave)]
-    angle = tension.direction * pi / 180
     lever = float(growth @ [cos(angle), sin(angle)])
     if abs(lever) < LEAST_LEVER:
         raise InputError(
@@ -282,15 +275,14 @@ def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
 
 def can_close(rig: Rig) -> bool:
     """Return whether the loop of links and connectors closes within the tensioner's travel, without `assemble`."""
-    lengths = body_lengths(rig)
     try:
-        ends = [_slack(rig, shift, lengths) for shift in (-rig.tension.travel, rig.tension.travel)]
+        ends = [_slack(rig, body_lengths(rig), shift) for shift in (-rig.tension.travel, rig.tension.travel)]
     except InputError:  # wheels overlap
         return False
     return ends[0] * ends[1] <= 0
 
 
-def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
+def _slack(rig: Rig, lengths: np.ndarray, shift: float) -> float:
     """Return the length of the chain on the path less that of the path, with the tensioning wheel shifted, m."""
     path, _ = belt_around(rig, shift, float(lengths[0]))
     s = _lay(path, lengths)
@@ -298,18 +290,14 @@ def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
 
 
 def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
-    """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
+    """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes; or `InputError`.
 
     ``lengths`` are the pin to pin lengths of the bodies, m; by default of links and connectors. Grooves are put under
-    connectors, or joints of one body a pitch. Raises `InputError`: no shift within the tensioner's travel closes the
-    loop, or its direction does not tension the chain.
+    connectors, or joints of one body a pitch.
     """
     lengths = body_lengths(rig) if lengths is None else lengths
     single, body, travel = len(lengths) == rig.chain.pitches, float(lengths[0]), rig.tension.travel
-
-    def slack(shift):
-        return _slack(rig, shift, lengths)
-
+    slack = partial(_slack, rig, lengths)
     try:
         shift = root(slack, -travel, travel, 1e-13)
     except ValueError:

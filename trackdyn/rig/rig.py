@@ -90,11 +90,12 @@ class Rig(Section):
 
     def model_post_init(self, context: Any) -> None:
         """Refuse (`InputError`) values that do not fit each other."""
-        for fault in (*self._name_faults(), *self._wheel_faults(), *self._sensor_faults(), *self._faults()):
+        for fault in self._faults():
             raise InputError(fault)
 
     def _faults(self) -> Iterator[str]:
-        """Yield errors of surfaces, tooth and tension."""
+        """Yield errors, first those of wheels, surfaces and sensors by their names."""
+        yield from self._member_faults()
         for name, surface in self.contact_surfaces.items():
             static, dynamic = surface.friction_static, surface.friction_dynamic
             if dynamic > static:
@@ -124,29 +125,8 @@ class Rig(Section):
             own = "has an arm or a slider of its own, which tension.kept = sprung gives to the tensioner"
             yield f"tension.wheel = {tension.wheel!r} {own}; choose a fixed wheel"
 
-    def _wheel_faults(self) -> Iterator[str]:
-        """Yield errors of wheels."""
-        for name, wheel in self.wheels.items():
-            if wheel.surface not in self.contact_surfaces:
-                choice = ", ".join(self.contact_surfaces)
-                yield f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; choose {choice}"
-            if wheel.arm is not None and wheel.slider is not None:
-                yield f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
-            if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
-                yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
-
-    def _sensor_faults(self) -> Iterator[str]:
-        """Yield errors of sensors."""
-        pitches = self.chain.pitches
-        for name, sensor in self.sensors.items():
-            if sensor.pitch > pitches:
-                yield f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {pitches} are"
-            if sensor.rate != self.rate:
-                others = f"another sensor has {self.rate} Hz; all sensors of a rig have one rate"
-                yield f"{name}.rate = {sensor.rate} Hz: {others}"
-
-    def _name_faults(self) -> Iterator[str]:
-        """Yield errors of groups without members, and of members whose names mean something else in a dotted name."""
+    def _member_faults(self) -> Iterator[str]:
+        """Yield errors of names that are missing or mean something else, then of wheels and sensors."""
         taken = {*type(self).model_fields}
         for group, example in (("wheels", "idler"), ("surfaces", ""), ("sensors", "sensor")):
             if example and not getattr(self, group):
@@ -156,6 +136,20 @@ class Rig(Section):
                     remedy = "use lower-case letters, digits and _, and not the name of a section, a wheel or a surface"
                     yield f"{group}.{shown(name)} is not a valid name: {remedy}"
             taken.update(getattr(self, group))
+        for name, wheel in self.wheels.items():
+            if wheel.surface not in self.contact_surfaces:
+                choice = ", ".join(self.contact_surfaces)
+                yield f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; choose {choice}"
+            if wheel.arm is not None and wheel.slider is not None:
+                yield f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
+            if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
+                yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
+        for name, sensor in self.sensors.items():
+            if sensor.pitch > self.chain.pitches:
+                yield f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
+            if sensor.rate != self.rate:
+                others = f"another sensor has {self.rate} Hz; all sensors of a rig have one rate"
+                yield f"{name}.rate = {sensor.rate} Hz: {others}"
 
     @property
     def first_sensor(self) -> SensorParameters:
@@ -225,16 +219,15 @@ class Rig(Section):
     @cached_property
     def pitch(self) -> float:
         """Length of a pitch of the chain, m."""
-        single = self.chain.kind == "single_pin"
-        return self.single_pin_pitch if single else self.chain.link_length + self.connector_length
+        if self.chain.kind == "single_pin":
+            return self.single_pin_pitch
+        return self.chain.link_length + self.connector_length
 
     @cached_property
     def equal_pitch_radii(self) -> dict[str, float]:
         """Ring radii of equal pitch (m) by four definitions (`groove.equal_pitch_radii`)."""
-        single = self.chain.kind == "single_pin"
-        link = self.single_pin_pitch if single else self.chain.link_length
-        thickness = self.chain.link_thickness
-        return FrozenDict(equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, thickness))
+        link = self.single_pin_pitch if self.chain.kind == "single_pin" else self.chain.link_length
+        return FrozenDict(equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness))
 
     @cached_property
     def groove_profile(self) -> Groove:
@@ -319,9 +312,9 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     Raises `InputError`: the file is no rig, in one sentence with file, field, value and accepted values.
     """
     data = read_rig(path)
-    tried = read_yaml(rig_path(path)).get(TRIED)
-    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), quantities.FROM_FILE, path)
-    return rig.called(Path(path).stem)
+    if (tried := read_yaml(rig_path(path)).get(TRIED)) is not None:
+        data[TRIED] = tried
+    return _validated(data, str(path), quantities.FROM_FILE, path).called(Path(path).stem)
 
 
 def outside_ranges(path: Path | str) -> list[str]:
@@ -335,10 +328,7 @@ def outside_ranges(path: Path | str) -> list[str]:
 
 
 def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
-    """Return a remark on a groove or profile that was made for another chain, else an empty string.
-
-    The tooth is compared with that of the file that ``path`` inherits it from; without a file with the included ones.
-    """
+    """Return a remark on a tooth made for another chain, the one that ``path`` inherits or an included one; else ""."""
     if path is None:
         tooth = rig.groove, rig.profile
         included = {name: load_rig(name) for name in shipped_rigs()}
@@ -362,9 +352,10 @@ def parameter_table(path: Path | str) -> "pd.DataFrame":
     import pandas as pd  # half a second that a run does without
 
     rig = load_rig(path)
-    rows = [{"name": name, **entry} for name, entry in entries_of(read_rig(path)).items()]
     derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
-    rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
-    rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
-    rows = [row | {"outside": outside_range(row)} for row in rows]
+    lengths = {"connector length": rig.connector_length, "pin circle": rig.pin_circle}
+    entries = entries_of(read_rig(path)) | {
+        name: {"value": value, "unit": "m", "kind": "derived", "source": derived} for name, value in lengths.items()
+    }
+    rows = [{"name": name, "outside": outside_range(entry), **entry} for name, entry in entries.items()]
     return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

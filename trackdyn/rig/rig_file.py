@@ -36,10 +36,7 @@ def shipped_rigs() -> dict[str, Path]:
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """Return the file of a rig, by its path or the name of an included one, which comes after a file of that name.
-
-    Raises `InputError`: a word is neither.
-    """
+    """Return the file of a rig, by its path or by the name of an included one if no file has it; or `InputError`."""
     shipped = shipped_rigs()
     if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or isfile(name):
         return name
@@ -70,10 +67,7 @@ def _pull(text: str) -> dict[str, Any]:
 
 
 def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
-    """Return the files of a rig with their contents: its own, then those it inherits from in turn.
-
-    ``like`` names a file in the same folder, or an included rig.
-    """
+    """Return the files of a rig with their contents: its own, then those it inherits from by ``like`` in turn."""
     files: list[tuple[Path, dict[str, Any]]] = []
     path, like = rig_path(name), None
     while like is not None or not files:
@@ -143,12 +137,9 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
         return old | {key: with_range(entry, _section(old, key)) for key, entry in content.items()}
 
     def with_range(entry: Any, old: dict[str, Any]) -> Any:
-        """Return the entry with the range of the value that it replaces, if it has none.
-
-        Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for all, those of
-        directions for the wheels.
-        """
+        """Return the entry with the range of the value that it replaces, if it has none and the range holds here."""
         unit = old.get("unit")
+        # ranges of sizes hold for one chain, of materials (friction, restitution, slip) for all, of angles for wheels
         foreign = (other_chain and unit not in ("1", "m/s")) or (own_wheels and unit == "deg")
         if not isinstance(entry, dict) or foreign or not old or entry.get("unit") != unit or "value" not in entry:
             return entry
@@ -168,7 +159,6 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     """Convert a chain's ``pitch`` to the equal-pitch radius of its sprocket, on which its pins make a polygon.
 
     A groove that was designed for another radius stays where it is: its seat is deeper below the pins of a worn chain.
-    Raises `InputError`: no sprocket has this pitch.
     """
     chain, sprocket, groove = (dict(_section(rig, name)) for name in ("chain", "sprocket", "groove"))
     if "pitch" not in chain or not sprocket:

@@ -14,8 +14,7 @@ class Arm(Section):
     """Trailing arm with torsion spring and damper; the wheel is at its free end.
 
     ``mass`` is that of wheel and arm reduced to the wheel's axle, ``travel`` the rotation to either side, ``preload``
-    the torque at the wheel's position in the file, counter-clockwise positive: by default it balances the tensioned
-    loop.
+    the counter-clockwise torque at the wheel's position in the file, by default the one that balances the loop.
     """
 
     x: Position
