@@ -128,10 +128,9 @@ def answer(answer) -> None:
     from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
 
     for name, estimate in answer.measures.items():
-        message = "converged" if answer.reached[name] else "tolerance not reached"
-        line(
-            name, f"{plain(with_error(estimate.value, estimate.half_width))} {NAMED[name].column.text_unit}  {message}"
-        )
+        message, column = "converged" if answer.reached[name] else "tolerance not reached", NAMED[name].column
+        unit = "% of a turn" if column.kind == "turns" else column.unit.removeprefix("1")
+        line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {unit}  {message}")
     line("+-", HALF_WIDTH)
     recorded = len(answer.recording.time) / answer.recording.rate
     line("left out, recorded (s)", f"{answer.transient:.3g}, {recorded:.4g}")

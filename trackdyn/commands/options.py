@@ -35,10 +35,7 @@ def parsed(name: str, parser: Callable, metavar: str, help: str) -> Any:
 
 
 def parse_quantity(name: str, text: str | float, units: Mapping[str, float], accepted: str) -> float:
-    """Return a number from 0 on in SI units; only 0 may lack a unit.
-
-    Raises `InputError`: it is no such number, or has none of the ``units``.
-    """
+    """Return a number from 0 on in SI units, else `InputError`; one of the ``units`` must follow it, but for 0."""
     number, unit = re.fullmatch(rf"\s*(.*?)\s*({'|'.join(filter(None, units))}|)\s*", str(text)).groups()
     value = parse_number(name, number, accepted)
     if value < 0 or (value and unit not in units):

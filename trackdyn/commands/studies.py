@@ -4,7 +4,7 @@ import re
 import shlex
 from math import isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -12,10 +12,6 @@ from trackdyn.commands import options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.version import __version__
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 PICTURES = ("force", "fig23_a", "fig23_b", "fig24", "sliding")
 PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
@@ -111,7 +107,7 @@ def ring(
         )
 
 
-def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **content) -> None:
+def _write_study(out: Path, study, rig, rule, rig_name: str, **content) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.inputs.files import write_csv
     from trackdyn.measure.ring_rule import windows
@@ -138,12 +134,12 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **c
     write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
 
 
-def _check_meshing(study: "pd.DataFrame") -> None:
+def _check_meshing(study) -> None:
     """Refuse (`InputError`) speeds at which no connector touches a tooth without a ring."""
     from trackdyn.sweeps.engine import DONE
 
-    bare = study[study["ring_radius_m"].isna() & (study["state"] == DONE)]
-    if len(idle := bare.loc[~(bare["tooth_peak_n"] > 0), "rpm"]):
+    bare = study["ring_radius_m"].isna() & (study["state"] == DONE)
+    if len(idle := study.loc[bare & ~(study["tooth_peak_n"] > 0), "rpm"]):
         raise InputError(
             f"--rpm = {idle.iloc[0]:g}: without a ring no connector touches a tooth at this speed, the chain does not "
             "mesh; leave it out"
@@ -163,12 +159,11 @@ def _numbers(text: str, option: str) -> list[float]:
     return np.linspace(*numbers[:2], int(numbers[2])).tolist()
 
 
-def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
+def _notes(study, rig, lost) -> list[str]:
     """Return sentences on runs without a result, or with an uncertain one."""
     from trackdyn.scene.scene import StopRule
 
-    rule = StopRule()
-    notes = []
+    rule, notes = StopRule(), []
     if len(lost):
         first = lost.iloc[0]
         ring = "no ring" if isnan(radius := first["ring_radius_m"]) else f"{radius:.5g} m"
@@ -186,7 +181,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     return notes
 
 
-def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
+def _comparison_rows(rings) -> list[dict]:
     """Return rows of the page on the rings of the advice: forces, work, tension, power and contact durations."""
     from trackdyn.measure.cells import significant
     from trackdyn.measure.ring_rule import WORK_COLUMNS

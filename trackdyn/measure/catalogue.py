@@ -27,11 +27,6 @@ class Column(NamedTuple):
         """Return the reference of an error: the value, or 1 for a share of a turn or a phase."""
         return 1.0 if self.kind in ("turns", "phase") else abs(value)
 
-    @property
-    def text_unit(self) -> str:
-        """Unit of its value in a sentence."""
-        return "% of a turn" if self.kind == "turns" else self.unit.removeprefix("1")
-
 
 class Passages(NamedTuple):
     """Mean over the passages of a side (`estimators.contact_series`) of ``values``, a column of these, or its root."""

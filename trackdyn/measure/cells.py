@@ -5,7 +5,6 @@ from math import floor, log10
 
 import numpy as np
 
-from trackdyn.measure.columns import groups, heading, words
 from trackdyn.measure.uncertainty import ROUNDING
 
 
@@ -56,6 +55,3 @@ def with_error(value: float | None, error: float | None) -> str:
 def listed(words: Sequence[str]) -> str:
     """Words as a list in a sentence: ``150, 180 and 210``."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
-
-
-FILTERS = {function.__name__: function for function in (cell, groups, heading, words)}  # of templates

@@ -31,15 +31,10 @@ TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY
 
 
 def described(name: str) -> tuple[str, str, str, str | None]:
-    """Return type, unit, description and standard error of a column of metrics.csv; `InputError` if it has none."""
+    """Return an entry of `METRIC_COLUMNS`; `InputError` if it is missing."""
     if name not in METRIC_COLUMNS:
         raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
     return METRIC_COLUMNS[name]
-
-
-def error_of(name: str) -> str | None:
-    """Return the column of a column's standard error, or the reason why it has none; None for an error."""
-    return described(name)[3]
 
 
 def words(name: str) -> str:

@@ -28,10 +28,8 @@ SHORT = 0.01 / 2.906
 # Longest contact of a passage and longest pause in it, turns of the sprocket: the chain leaves the sprocket after about
 # half a turn. Passages nearer to an end of the record may be incomplete.
 LONGEST_CONTACT = 2 / 3
-# turns of the sprocket from the first to the last contact of a passage
-PASSAGE = 0.6
-# turns of the sprocket from the start of a visit of an arc to the next one at least
-VISIT = 0.7
+PASSAGE = 0.6  # turns of the sprocket from the first to the last contact of a passage
+VISIT = 0.7  # turns of the sprocket from the start of a visit of an arc to the next one at least
 INTEGRALS = ("impulse_ns", "square_n2s")
 
 
@@ -173,10 +171,7 @@ def _times_of_highest(rows: dict[str, np.ndarray], shape: tuple[int, ...]) -> np
 
 
 def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:
-    """Return the (11,) time that pitches of a running loop spend in each area, % of a sprocket turn per passage.
-
-    ``area`` (s, p) by sample and pitch is 0 without contact.
-    """
+    """Return the (11,) time in each area, % of a sprocket turn per passage, from areas (s, p) by sample and pitch."""
     if not area.size:
         return np.full(11, NAN)
     return 100 * np.bincount(area.ravel(), minlength=11) / area.size * rig.chain.pitches / rig.sprocket.teeth

@@ -68,10 +68,7 @@ def record_metrics(ay, rate: float, expected_hz: float) -> dict:
 
 
 def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Series]:
-    """Return the measures of each side by passage, by columns of a run such as ``left_share_pct``; without NaN.
-
-    ``table`` is that of `passage_arrays`, ``loop`` the time of a revolution of the loop, s.
-    """
+    """Return measures by passage, by columns of a run, from `passage_arrays` and the time of a loop revolution, s."""
     count, measures = len(table["passage"]), dict[str, Series]()
     for k, of_side in enumerate(OF_SIDES.values()):
         rows = {name: column[:, k] for name, column in table.items()}

@@ -53,10 +53,7 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
 
 
 def passage_events(recording: Recording) -> pd.DataFrame:
-    """Return the times of events (columns) of complete passages (rows), in the order of C16 or C17 (ring).
-
-    They are s since the first contact of the passage, NaN if the event does not occur.
-    """
+    """Return times of events (columns) since the first contact of complete passages (rows), s; NaN without an event."""
     events = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
     table = passage_arrays(recording)
     first = np.fmin.reduce(table["start_s"], axis=1)
@@ -74,11 +71,6 @@ def _over_passages(times: pd.DataFrame) -> pd.DataFrame:
     """Return ``event, median_s, mean_s, sd_s`` (1/(n-1)) and the ``passages`` in which it occurs; NaN for too few."""
     columns = {"median_s": times.median(), "mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
     return pd.DataFrame(columns).rename_axis("event").reset_index()
-
-
-def event_times(recording: Recording) -> dict[str, float]:
-    """Return the median time of every event of `mean_events` after the first contact, s; NaN if it does not occur."""
-    return mean_events(recording).set_index("event")["median_s"].to_dict()
 
 
 def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, int, np.ndarray]]:

@@ -16,7 +16,6 @@ from trackdyn.model.arrays import SIDES
 from trackdyn.simulation.recording import Recording, as_list
 
 ENDINGS = (".csv", ".mat")
-DIGITS = "%.12g"
 # text at the beginning of MATLAB 5 files; scipy's has the time, so that equal runs would give different files
 MAT_HEADER = b"MATLAB 5.0 MAT-file, written by trackdyn; its variable origin names rig and scene".ljust(116)
 # comment of a file, which distinguishes it from a measurement
@@ -127,7 +126,7 @@ def export(
         table = (recording if sensor is None else recording.with_sensor(sensor)).to_frame(pitches)
     origin = f"{SYNTHETIC}: {recording.origin}"
     if path.suffix == ".csv":
-        write_text(path, f"# {origin}\n{table.to_csv(index=False, float_format=DIGITS, lineterminator=chr(10))}")
+        write_text(path, f"# {origin}\n{table.to_csv(index=False, float_format='%.12g', lineterminator=chr(10))}")
         return table
     from scipy.io import savemat
 

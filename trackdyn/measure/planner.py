@@ -187,10 +187,7 @@ class Plan(NamedTuple):
         return StopResult(measures, reached, transient, recording)
 
     def _cheaper(self, trial: Trial, means: Mapping[str, Estimate]) -> tuple[Trial, float]:
-        """Return the setting of least work, of ``trial`` and finer ones, and the expected length of its record, s.
-
-        An interval falls as one over the root of the length.
-        """
+        """Return the setting of least work, of ``trial`` and finer ones, and the expected length of its record, s."""
         plans = []
         for other in self.tried[self.tried.index(trial) :]:
             if other.refused or not other.error:
@@ -198,6 +195,7 @@ class Plan(NamedTuple):
             margins = other.margins(self.tolerances)
             if min(margins.values()) > 0:
                 ratios = [mean.half_width / scale_of(name, mean.value) / margins[name] for name, mean in means.items()]
+                # an interval falls as one over the root of the length
                 growth = max(ratios) ** 2 if np.isfinite(ratios).all() else inf
                 length = max(trial.seconds * growth, ANSWER_GROWTH * other.seconds)
                 plans.append((other.work * (length - other.seconds), other, length))
@@ -230,11 +228,7 @@ def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
 
 @typed
 def plan(
-    scene: Scene,
-    tolerances: Mapping[str, float],
-    longest: float = 60.0,
-    method: bool = True,
-    loops: type[Loop] = Loop,
+    scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True, loops: type[Loop] = Loop
 ) -> Plan:
     """Choose the cheapest setting that keeps tolerances on a scene.
 
@@ -288,9 +282,7 @@ def _compare(
 ) -> float:
     """Record settings for ``passages``, and more until errors exceed scatter; return the number of passages.
 
-    One that keeps the tolerances within ``bound`` (s) may be chosen.
-
-    Raises `InputError`: a measure has too few values in records in which every arc has had its peaks.
+    One that keeps the tolerances within ``bound`` (s) may be chosen. Raises `InputError`: a measure has too few values.
     """
     span, shared = periods.passage, dict[Trial, dict[str, TotalError]]()
     while True:
@@ -301,7 +293,7 @@ def _compare(
             _record(trial, tolerances, passages * span)
         running = [trial for trial in running if not trial.refused]
         if lacking := [name for name in tolerances for trial in running if name not in trial.measures]:
-            if passages * span >= LEAST_PASSAGES * span + PEAK_TURNS * periods.turn:
+            if passages * span >= LEAST_PASSAGES * span + PEAK_TURNS * periods.turn:  # every arc has had its peaks
                 few = f"has fewer than {LEAST_PASSAGES} values in {passages:.0f} passages"
                 raise InputError(f"tolerance: {lacking[0]} {few}")
         elif len(running) < 2:
@@ -389,10 +381,7 @@ def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]
 
 
 def _scatter_needs(trial: Trial, tolerances: Mapping[str, float], longest: float) -> float:
-    """Return the length of a record (s) in which the scatter of one falls below all tolerances.
-
-    Raises `InputError`: it is more than `HOPELESS` times the ``longest``, s.
-    """
+    """Return the length of a record (s) that scatters by less than the tolerances; `InputError`: it is `HOPELESS`."""
     lengths = {}
     for name, measure in trial.measures.items():
         value, error, _ = measure.estimate()

@@ -103,8 +103,7 @@ def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
 def measured_loop_hz(ay, rate: float, expected_hz: float) -> float:
     """Return the frequency of the loop (Hz) from the dominant peak of a record; bin-free, if it has two turns.
 
-    The peak is searched within a factor of four of ``expected_hz`` (Hz), which is returned for a record of fewer than
-    two such turns.
+    It is within a factor of four of ``expected_hz`` (Hz), which is returned for a record of fewer than two such turns.
     """
     if not holds_line(len(ay), rate, expected_hz):
         return expected_hz

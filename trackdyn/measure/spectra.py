@@ -70,10 +70,7 @@ def main_line(a, rate_hz: float, loop_hz: float) -> tuple[float, float]:
 
 
 def highest_line(a, rate_hz: float, low_hz: float, high_hz: float) -> tuple[float, float]:
-    """Return frequency (Hz) and amplitude of the highest bin of `spectrum` in a band, without the mean.
-
-    Raises `InputError`: no bin lies in the band.
-    """
+    """Return frequency (Hz) and amplitude of the highest bin of `spectrum` in a band (else `InputError`) but 0 Hz."""
     freq, amplitude = spectrum(a, rate_hz)
     inside = np.flatnonzero((freq >= low_hz) & (freq <= high_hz) & (freq > 0.0))
     if inside.size == 0:

@@ -91,7 +91,6 @@ def ratio_values(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
     """Return (m,) values whose mean is ``sum(numerator) / sum(denominator)``, 0 of zeros.
 
     Their scatter is that of the ratio to first order (Cochran, Sampling Techniques, 3rd edition, 1977, Eq. 6.13).
-    Arguments are (m,), over passages in order of time.
     """
     if not denominator.sum():
         return np.zeros(len(numerator))
@@ -201,8 +200,7 @@ class Series(NamedTuple):
     def transient(self) -> int:
         """Return the number of passages to cut at the beginning, by the marginal standard error rule.
 
-        MSER (White, Simulation 69, 1997, 323-334) minimizes the standard error of the rest. At most half of the values
-        are cut.
+        MSER (White, Simulation 69, 1997, 323-334) minimizes the standard error of the rest, at least half of all.
         """
         if (count := len(self.values)) < 2:
             return 0
@@ -248,8 +246,8 @@ def judge_series(
 ) -> tuple[int, dict[str, Estimate], dict[str, bool]]:
     """Return the number of passages to cut, the measures of the rest, and whether they keep their tolerances.
 
-    If all passages together keep the tolerances, none is cut; otherwise the longest transient of the measures with a
-    tolerance. A tolerance is kept if half of the 95 % interval is within it, and at least ``least`` passages count.
+    None is cut if all together keep them; otherwise the longest transient of these measures. A tolerance is kept if
+    half of the 95 % interval is within it, and at least ``least`` passages count.
     """
     cut = max((measures[name].transient() for name in tolerances if name in measures), default=0)
     for first in dict.fromkeys((0, cut)):

@@ -41,10 +41,7 @@ def passage_edges(recording: Recording, required: bool = True) -> np.ndarray:
 
 
 def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows and columns (k,) of the samples of a revolution of one of ``links`` links.
-
-    They are in the passage from sample ``first`` on. Raises `InputError` if the record ends earlier.
-    """
+    """Return rows and columns (k,) of a revolution of one of ``links`` links, in the passage from a first sample on."""
     rate, span = recording.rate, recording.periods.passage
     time = np.arange(int(links * span * rate + 1e-6)) / rate
     segment = np.minimum((time / span).astype(int), links - 1)
@@ -58,7 +55,7 @@ def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np
 def stitch(recording: Recording, first: int = 0, ay: np.ndarray | None = None) -> np.ndarray:
     """Return the (k,) y acceleration (g) of one link over a revolution from the records of all links in a passage.
 
-    It begins at sample ``first``; ``ay`` is `every_ay` of the recording. Raises `InputError` as `revolution_samples`.
+    It begins at sample ``first``; ``ay`` is `every_ay` of the recording. Raises `InputError`: the record ends earlier.
     """
     ay = every_ay(recording) if ay is None else ay
     return ay[revolution_samples(recording, first, ay.shape[1])]

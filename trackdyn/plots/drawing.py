@@ -1,8 +1,4 @@
-"""Drawings of the rig in its own coordinates (m): chain, sprocket and wheels, for any axes.
-
-They use the geometry of the simulator: bodies from a recorded configuration,
-the sprocket from the ten arcs of its groove.
-"""
+"""Drawings of the rig in its own coordinates (m) for any axes, by the geometry of the simulator."""
 
 from collections.abc import Iterable, Mapping
 from math import atan2, cos, pi, sin
@@ -43,10 +39,7 @@ def ring_words(radius: float | None) -> str:
 
 
 def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return pins (n + 1, 2), m, angles (n,) of the bodies, and that of the sprocket, rad, of a recorded frame.
-
-    Pins are the input pin of every body, and the output pin of the last.
-    """
+    """Return pins (n + 1, 2), m, angles (n,) of the bodies, and that of the sprocket, rad, of a recorded frame."""
     frame = np.asarray(frame, dtype=float)
     angles = frame[2:-1]
     lengths = body_lengths(rig, "single_pin" if len(angles) == rig.chain.pitches else "double_pin")
@@ -241,17 +234,14 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     """Return a figure of the loop in a configuration with its wheels, (w, 3) centres and radii, m."""
     pins, _, angle = chain_points(rig, frame)
     middle, half = (pins.max(axis=0) + pins.min(axis=0)) / 2, np.ptp(pins, axis=0) / 2
-    margin = 0.06 * half.max() + rig.chain.link_thickness
-    half = half + margin
-    height = min(max(6.4 * half[1] / half[0], 1.6), 6.4) + 0.7
-    figure = new_figure(height, 7.2)
+    half += 0.06 * half.max() + rig.chain.link_thickness
+    figure = new_figure(min(max(6.4 * half[1] / half[0], 1.6), 6.4) + 0.7, 7.2)
     ax = figure.add_subplot()
     draw_discs(ax, wheels[1:])
     draw_sprocket(ax, rig, angle, rig.ring_radius)
     draw_chain(ax, rig, frame)
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
-    label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box}
-    label["zorder"] = Z_MARK + 1
+    label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box, "zorder": Z_MARK + 1}
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
         suspension = None if name == "sprocket" else rig.wheels[name].suspension
         if isinstance(suspension, Arm):

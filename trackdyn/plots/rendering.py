@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.measure.cells import FILTERS
+from trackdyn.measure.cells import cell
+from trackdyn.measure.columns import groups, heading, words
 
 HERE = Path(__file__).parent
 CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
@@ -33,7 +34,7 @@ def environment(folder: Path = HERE) -> Environment:
     spaces = {"trim_blocks": True, "lstrip_blocks": True}
     loader = FileSystemLoader([folder, HERE])
     templates = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **spaces)
-    templates.filters |= FILTERS
+    templates.filters |= {"cell": cell, "groups": groups, "heading": heading, "words": words}
     templates.globals["style"] = (HERE / "page.css").read_text(encoding="utf-8")
     return templates
 

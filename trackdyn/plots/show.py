@@ -185,27 +185,19 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
     arms, suspensions = [], model.suspensions
     if suspensions is not None:
-        arms = [
-            [int(suspensions.wheel[k]) - 1, float(suspensions.x[k]), float(suspensions.y[k])]
-            for k in np.flatnonzero(suspensions.arm)
-        ]
+        arm = np.flatnonzero(suspensions.arm)
+        arms = _rows(suspensions.wheel[arm] - 1, suspensions.x[arm], suspensions.y[arm])
     return {
         "thickness": 2 * model.wheels.half_thickness,
         "arc": rig.chain.connector_radius,
         "teeth": tooth.teeth if tooth.present else 0,
-        "sensors": [[int(body), float(x), float(y)] for body, x, y in zip(*model.sensors[:3], strict=True)],
+        "sensors": _rows(*model.sensors[:3]),
         "sprocket": [float(model.wheels.x[0]), float(model.wheels.y[0])],
         "addendum": groove.addendum,
         "outline": np.round(groove.profile(8), 5).tolist(),
         "areas": np.round(_arcs(tooth), 5).tolist(),
-        "links": [
-            [int(body), float(start), float(end)]
-            for body, start, end in zip(shoes.link_body, shoes.link_start, shoes.link_end, strict=True)
-        ],
-        "arcs": [
-            [int(shoes.arc_body[k]), float(shoes.arc_x[k]), int(shoes.arc_body[k + 1]), float(shoes.arc_x[k + 1])]
-            for k in range(0, len(shoes.arc_body), 2)
-        ],
+        "links": _rows(shoes.link_body, shoes.link_start, shoes.link_end),
+        "arcs": _rows(shoes.arc_body[::2], shoes.arc_x[::2], shoes.arc_body[1::2], shoes.arc_x[1::2]),
         "arms": arms,
         "wheels": stretch.names[1:],
         "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
@@ -214,6 +206,10 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
         "force_most": 3 * bar if max(largest, default=0.0) > 3 * bar else None,
         "margin": 2.4 * BARS["loop"] * width,
     }
+
+
+def _rows(*columns: np.ndarray) -> list[tuple]:
+    return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _arcs(tooth: Tooth) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Style of all figures, and reproducible files of them."""
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import wraps
 from itertools import pairwise
 from pathlib import Path
@@ -84,26 +84,19 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
 PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
 
 
-@contextmanager
-def laid_out(figure: Figure) -> Iterator[None]:
-    """Lay a figure out once, with rounded positions of axes: the solver's last digits differ from call to call.
+@styled
+def save(figure: Figure, path: Path | str, *kinds: str, dpi: float = DPI) -> None:
+    """Write a figure in every format, ``png`` and ``svg`` by default: all or none.
 
-    Meanwhile the figure has no layout engine: with one, also with ``"none"``, `savefig` draws everything twice, and
-    afterwards it takes that of the style again.
+    It is laid out once, with rounded positions of axes: the solver's last digits differ from call to call. With a
+    layout engine, also with ``"none"``, `savefig` would draw everything twice; afterwards it takes that of the style.
     """
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)
         for axes in figure.axes:
             axes.set_position(np.round(axes.get_position(original=True).bounds, 9).tolist())
-    with mpl.rc_context({"figure.constrained_layout.use": False}):
+    with mpl.rc_context({"figure.constrained_layout.use": False}), ExitStack() as files:
         figure.set_layout_engine(None)
-        yield
-
-
-@styled
-def save(figure: Figure, path: Path | str, *kinds: str, dpi: float = DPI) -> None:
-    """Write a figure in every format, ``png`` and ``svg`` by default: all or none."""
-    with laid_out(figure), ExitStack() as files:
         for kind in kinds or PLAIN:
             file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
             figure.savefig(file, format=kind, dpi=dpi, metadata=PLAIN[kind])

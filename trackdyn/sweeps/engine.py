@@ -1,7 +1,5 @@
 """Engine of sweeps and studies: compute rows by key on the cores of one machine, and store each when it is done.
 
-The pool of processes is joblib's (loky).
-
 The store has one file per row, so that parallel sweeps need no lock: the SHA-256 of the row in the first line and the
 row as JSON in the second. Files with a wrong checksum are ignored. A row that is being computed has a mark in the
 store, which identifies rows that kill their process, for instance by the memory they need.
@@ -121,10 +119,9 @@ def results(
 
     ``compute`` returns the values of a row from its arguments in ``tasks``, in which neighbours share settled loops. It
     runs in ``jobs`` processes; with one, and no ``store`` (folder of rows), in this process. A bar entitled
-    ``progress`` counts rows; no bar if it is empty. A row fails if the sources of ``compute`` changed since
-    this process began, since its key would be that of other sources. A row whose process is killed is computed again
-    after all others, in the only process, and fails if this one is killed, too. Raises `TrackdynError`: a process was
-    killed that computed no row.
+    ``progress`` counts rows; no bar if it is empty. A row whose process is killed is computed again after all others,
+    in the only process, and fails if this one is killed, too. Raises `TrackdynError`: a process was killed that
+    computed no row.
     """
     checked = partial(_values, compute, module_hash(compute.__module__))
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
@@ -143,7 +140,7 @@ def results(
 
 
 def _values(compute: Compute, sources: str, /, **task) -> dict:
-    """Compute a row; raise `TrackdynError` if its ``sources`` changed since the sweep began."""
+    """Compute a row; raise `TrackdynError` if its ``sources`` changed: its key would be that of other sources."""
     module = compute.__module__
 
     def check() -> None:

@@ -19,7 +19,6 @@ from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.engine import DONE, check_completed
 from trackdyn.sweeps.sweep import computed_rows, row_of
 
-SHEAR_STIFFNESS = "ring_contact.shear_stiffness"
 SCENE_COLUMNS, OUTCOME_COLUMNS = ["rpm", "load_n", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
 
 
@@ -86,14 +85,13 @@ def other_grips(
     """Run a ring with Dahl's law, soft and hard in shear, and return a row for each.
 
     Speed and load are those with the largest ``tooth_ratio``, the stiffnesses the ends of the range of the default
-    rig's file. Arguments are those of `ring_study`, ``radius`` is in m. The table has `ring_study`'s columns and
-    ``shear_stiffness`` (N/m a link).
+    rig's file. The table has `ring_study`'s columns and ``shear_stiffness`` (N/m a link).
     """
     rows = study[study["ring_radius_m"] == radius]
     worst = rows.loc[rows["tooth_ratio"].idxmax()]
     rpm, load = float(worst["rpm"]), float(worst["load_n"])
-    range_of = parameter_table(DEFAULT).set_index("name").loc[SHEAR_STIFFNESS]
-    stiffnesses = [float(range_of["low"]), float(range_of["high"])]
+    ranges = parameter_table(DEFAULT).set_index("name")[["low", "high"]]
+    stiffnesses = ranges.loc["ring_contact.shear_stiffness"].astype(float).tolist()
     others = [rig.changed(ring_contact__friction_law="dahl", ring_contact__shear_stiffness=k) for k in stiffnesses]
     bare = study[study["ring_radius_m"].isna() & (study["rpm"] == rpm) & (study["load_n"] == load)]
     table = _study([Scene(other, rpm, radius, load=load) for other in others], step, jobs, store, progress)

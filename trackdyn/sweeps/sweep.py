@@ -25,15 +25,13 @@ from trackdyn.sweeps.sweep_row import run_row
 
 # the longest turns follow from the duration of the row
 STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
-TRUTH = {"true": True, "false": False}
 # values of fields that a row leaves open, except those that follow from its rig
 DEFAULTS = {
     name: None if field.default_factory else field.default
     for name, field in Scene.model_fields.items()
     if not field.is_required()
 }
-# columns that do not define the scene: the name of the row, and names that set several fields
-ROW_COLUMNS = ("name", "preset", "rig")
+ROW_COLUMNS = ("name", "preset", "rig")  # a name of the row, and names that set several fields of the scene
 # columns of a design other than the fields of a rig
 DESIGN_COLUMNS = (*ROW_COLUMNS, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
@@ -50,10 +48,7 @@ class SweepRow(NamedTuple):
 
 
 def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """Read a design, and check its columns.
-
-    Raises `InputError`: it is no table, has no rows, has an unknown column, or lacks ``motor_rpm``.
-    """
+    """Read a design; `InputError`: it is no table, has no rows, has an unknown column, or lacks ``motor_rpm``."""
     table, source = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
     check_header(list(table.columns), source)
     for name in table.columns:
@@ -72,8 +67,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
     """Return the rows of a design; invalid values are the ``reason`` of their row.
 
-    ``rig`` is the file or the name of the rig of rows that name no other. Raises `InputError`: the design has no column
-    ``rig``, and ``rig`` cannot be used.
+    ``rig`` is for rows that name no other; `InputError`: it cannot be used, and there is no column ``rig``.
     """
     read = cache(lambda path: load_rig(path).model_dump())
     if "rig" not in table.columns:
@@ -151,7 +145,7 @@ def _field(name: str, value: Any) -> Any:
         if name in ("pitches", "step"):
             value = _value(value.replace(";", " ").split())
         elif name in ("contact_log", "every_link"):
-            value = TRUTH.get(value.lower(), value)
+            value = {"true": True, "false": False}.get(value.lower(), value)
         elif (name, value.lower()) == ("ring_radius", "none"):
             return None
     if name == "pitches":
@@ -214,9 +208,8 @@ def sweep(
         store = store or Path(out).with_suffix(".rows")
     table = read_design(design)
     by_row = computed_rows(requested_rows(table, str(rig)), jobs, store, "sweep" if progress else "")
-    message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
-    values = pd.DataFrame([result["values"] for result in by_row])
-    results = pd.concat([table.reset_index(drop=True).apply(_storable), message, values], axis=1)
+    values, outcomes = pd.DataFrame([row["values"] for row in by_row]), pd.DataFrame(by_row)[["key", "state", "reason"]]
+    results = pd.concat([table.reset_index(drop=True).apply(_storable), outcomes, values], axis=1)
     if out is not None:
         write_csv(out, results)
     return results
@@ -245,10 +238,9 @@ def _storable(column: pd.Series) -> pd.Series:
     try:
         return pd.to_numeric(column) if column.dtype != bool else column
     except (ValueError, TypeError, OverflowError):
-        column = column.map(lambda cell: cell.tolist() if isinstance(cell, np.ndarray) else cell)
-        return column.map(lambda cell: " ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell).map(
-            lambda cell: "" if cell is None or cell != cell else str(cell)
-        )
+        lists = column.map(lambda cell: cell.tolist() if isinstance(cell, np.ndarray) else cell)
+        words = lists.map(lambda cell: " ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell)
+        return words.map(lambda cell: "" if cell is None or cell != cell else str(cell))
 
 
 def states_summary(results: pd.DataFrame) -> str:

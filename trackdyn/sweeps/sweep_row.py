@@ -2,7 +2,7 @@
 
 from trackdyn.inputs.validation import validated
 from trackdyn.jit import target_hash
-from trackdyn.measure.events import event_times
+from trackdyn.measure.events import mean_events
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
@@ -48,7 +48,7 @@ def run_values(recording: Recording) -> dict:
     sources, versions = sources_and_versions()
     software = {"python": recording.meta["python"]} | versions
     if recording.scene.pitches:
-        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
+        values |= mean_events(recording).set_index("event")["median_s"].add_prefix("event ").to_dict()
     return values | recording.layout.known() | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {version}" for name, version in software.items()),

@@ -12,7 +12,7 @@ import pandas as pd
 
 from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.inputs.files import write_csv
-from trackdyn.measure.columns import error_of
+from trackdyn.measure.columns import described
 from trackdyn.measure.estimators import record_metrics
 from trackdyn_replication.paper import published
 from trackdyn_replication.paper.published import SENSORS, value_difference
@@ -83,7 +83,7 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
         fine, coarse = table.loc[f"{rpm:g}rpm"], table.loc[f"coarse/{rpm:g}rpm"]
         row = {"rpm": rpm}
         for name in ("rms_g", "sd_g", "left_rms_n"):
-            error = error_of(name)
+            error = described(name)[3]
             row |= {f"{name}_ten_arcs": fine[name], f"{name}_ten_arcs_error": fine[error]}
             row |= {f"{name}_three_surfaces": coarse[name], f"{name}_three_surfaces_error": coarse[error]}
             ratio, ratio_error = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
