@@ -75,7 +75,6 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def rig():
-    """A rig with viscous bushings and drag, which does not move with the default one."""
     return load_rig(RIG)
 
 
@@ -105,14 +104,30 @@ def run_command(*words):
     return Ended(code, out.getvalue(), err.getvalue())
 
 
-def refused(call, *arguments, words=(), start="", error=InputError, **keywords):
-    """The refusal of a call: one sentence with this start and these words."""
-    with pytest.raises(error) as caught:
+def refused(call, *arguments, words=(), start="", match=None, error=InputError, **keywords):
+    """The refusal of a call: one sentence with this start, these words and this pattern."""
+    with pytest.raises(error, match=match) as caught:
         call(*arguments, **keywords)
     sentence = str(caught.value)
     assert "\n" not in sentence and len(sentence) < 700 and sentence.startswith(str(start)), sentence
     assert not [word for word in words if word not in sentence], sentence
     return sentence
+
+
+def written(path, text):
+    """The path of a file that now holds a text."""
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def python(code, *words, check=True, cwd=None, **environment):
+    """Run code in a process of its own, with these words as arguments and these variables of the environment."""
+    ended = subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)], env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+        cwd=cwd, capture_output=True, text=True,
+    )  # fmt: skip
+    assert not (check and ended.returncode), ended.stderr
+    return ended
 
 
 def recorded(scene, **options):

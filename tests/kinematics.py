@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from scipy.optimize import fsolve
+from scipy.spatial.transform import Rotation
 
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import components, make_arrays, make_record
@@ -37,13 +38,13 @@ class ContactList:
 
 
 def along_chain(start, change):
-    """(n + 1, 2) values at the pins: that of the first one and the changes (2, n) from pin to pin."""
-    return start + np.vstack([np.zeros(2), np.cumsum(np.transpose(change), axis=0)])
+    """(n + 1, k) values at the pins: that of the first one and the changes (n, k) from pin to pin."""
+    return np.cumsum(np.vstack([start, change]), axis=0)
 
 
 def pins(chain, state):
     """(n + 1, 2) pins; the last one is the first one again if the loop is closed."""
-    return along_chain(state.pin[:2], chain.length * np.array([np.cos(state.angle), np.sin(state.angle)]))
+    return along_chain(state.pin[:2], chain.length[:, None] * np.transpose([np.cos(state.angle), np.sin(state.angle)]))
 
 
 def mass_centre_arms(chain, state):
@@ -55,6 +56,26 @@ def mass_centre_arms(chain, state):
 def mass_centres(chain, state):
     """(n, 2) mass centres."""
     return pins(chain, state)[:-1] + mass_centre_arms(chain, state)
+
+
+def bodies_in_space(chain, state):
+    """Attitudes of the plane and of all bodies; their angular velocities, arms to mass centre and output pin."""
+    plane, zero = Rotation.from_quat(np.roll(state.plane.attitude, -1)), np.zeros(len(state.angle))
+    attitude = plane * Rotation.from_rotvec(np.column_stack([zero, zero, state.angle]))
+    omega = plane.apply(np.column_stack([*np.add.outer(state.plane.motion[2:], zero), state.rate]))
+    centre = attitude.apply(np.column_stack([chain.com_x, chain.com_y, zero]))
+    end = attitude.apply(np.column_stack([chain.length, zero, zero]))
+    return plane.as_matrix(), attitude.as_matrix(), omega, centre, end
+
+
+def mass_matrix(chain, state):
+    """(n + 2, n + 2) mass matrix of the chain, open, over its first pin and its angles."""
+    n, side = len(chain.mass), np.diff(pins(chain, state), axis=0) @ [[0, 1], [-1, 0]]
+    centre, matrix = mass_centre_arms(chain, state) @ [[0, 1], [-1, 0]], np.diag([0.0, 0.0, *chain.inertia])
+    for i in range(n):
+        to_centre = np.vstack([np.eye(2), side[:i], centre[i], np.zeros((n - 1 - i, 2))])
+        matrix += chain.mass[i] * to_centre @ to_centre.T
+    return matrix
 
 
 def closed_rates(length, angle, rate):

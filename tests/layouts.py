@@ -22,7 +22,6 @@ GAP = 1.05  # of two wheels, in sums of their radii
 
 
 def pin_radius(base: Rig, radius) -> np.ndarray:
-    """Radius of the pins of links on wheels of a ``radius``, m."""
     body = base.pitch if base.chain.kind == "single_pin" else base.chain.link_length
     return np.hypot(np.asarray(radius) + base.chain.link_thickness / 2, body / 2)
 
@@ -63,7 +62,6 @@ def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) 
 
 
 def random_rig(number: int) -> Rig:
-    """The rig of a layout."""
     rng = np.random.default_rng([SEED, number])
     base = load_rig(str(rng.choice(CHAINS)))
     pitches = int(round(np.exp(rng.uniform(*np.log(PITCHES)))))

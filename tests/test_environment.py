@@ -1,8 +1,6 @@
 """Installed packages: the lock has every one with its hash, and keeps to pyproject.toml as the conda file does."""
 
 import re
-import subprocess
-import sys
 import tomllib
 
 import pytest
@@ -11,7 +9,7 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 from setuptools import find_packages
 
-from tests.conftest import ROOT
+from tests.conftest import ROOT, python
 from trackdyn.inputs.extras import EXTRAS
 
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -63,7 +61,6 @@ class Missing:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Missing())
-sys.argv = ["trackdyn", *{arguments}]
 from trackdyn.commands.cli import main
 main()
 """
@@ -84,29 +81,14 @@ def without_extras(*arguments):
     core = {requirement.name for requirement in asked()}
     extras = {requirement.name for requirement in asked(*PROJECT["optional-dependencies"])} - core
     modules = {MODULES.get(name, name.replace("-", "_")) for name in extras}
-    code = WITHOUT_EXTRAS.format(modules=modules, arguments=list(arguments))
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    return python(WITHOUT_EXTRAS.format(modules=modules), *arguments, check=False)
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """A short run without extras."""
-    out = tmp_path_factory.mktemp("core") / "run.npz"
-    ended = without_extras("simulate", str(out), "--duration", "0.1", "--lead-in", "0")
-    assert ended.returncode == 0, ended.stderr
-    return out
-
-
-def test_the_simulator_needs_no_extra(run):
-    assert run.exists()
+def test_the_simulator_needs_no_extra_and_a_command_whose_extra_is_missing_names_it(tmp_path):
+    ended = without_extras("simulate", tmp_path / "run.npz", "--duration", "0.1", "--lead-in", "0")
+    assert ended.returncode == 0 and (tmp_path / "run.npz").exists(), ended.stderr
     ended = without_extras("rigs")
     assert ended.returncode == 0 and "paper" in ended.stdout, ended.stderr
-
-
-def test_a_command_whose_extra_is_missing_names_it(run):
-    ended = without_extras("show", str(run))
-    assert ended.returncode == 1
-    assert ended.stderr.startswith("trackdyn: ") and "in the clone: pip install -e '.[report]'" in ended.stderr, (
-        ended.stderr
-    )
-    assert ended.stderr.count("\n") == 1
+    ended = without_extras("show", tmp_path / "run.npz")
+    assert ended.returncode == 1 and ended.stderr.startswith("trackdyn: ") and ended.stderr.count("\n") == 1
+    assert "in the clone: pip install -e '.[report]'" in ended.stderr, ended.stderr

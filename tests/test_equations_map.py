@@ -39,9 +39,6 @@ def test_every_row_names_functions_and_tests_that_exist():
         assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}, name
 
 
-# --- Eqs. 25, 27, 30 and 34 -------------------------------------------------------------------------------
-
-
 def depth_after(model, state, arc, seconds):
     """Area, depth and R of an arc when everything goes on with its present velocity (Eqs. 12 to 29, 33)."""
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
@@ -49,11 +46,10 @@ def depth_after(model, state, arc, seconds):
     later = state._replace(pin=pin, angle=state.angle + seconds * state.rate)
     turn = state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]
     x, y = pins(chain, later)[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
-    k = groove_index(tooth.teeth, np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x)
-    turn += (2 * k - 1) * np.pi / tooth.teeth - np.pi / 2
-    area, depth, _, _, radius = find_area(
-        tooth, np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
-    )
+    place = (x + 1j * y) * np.exp(-1j * turn)
+    k = groove_index(tooth.teeth, place.real, place.imag)
+    place *= np.exp(1j * (np.pi / 2 - (2 * k - 1) * np.pi / tooth.teeth))
+    area, depth, _, _, radius = find_area(tooth, place.real, place.imag)
     return area, depth, radius
 
 
@@ -90,15 +86,9 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     assert all(any(seen[area] for area in kind) for kind in ((1, 4), (2, 3, 5), (7, 10), (6, 8, 9))), seen
 
 
-# --- Eq. 40 -----------------------------------------------------------------------------------------------
-
-
 def test_sensor_shows_gravity_at_rest_and_nothing_in_free_fall():
     angle = np.linspace(-3.0, 3.0, 13)
-    rest = specific_force(np.zeros((13, 2)), angle)
-    # upward vector of 1 g in the axes of a link turned counter-clockwise
-    turn = np.exp(-1j * angle)  # inertial to link components, as complex numbers
-    np.testing.assert_allclose(rest[:, 0] + 1j * rest[:, 1], turn * 9.81j, rtol=0, atol=1e-14)
-    falling = turn * -9.81j
-    fall = specific_force(np.column_stack([falling.real, falling.imag]), angle)
-    np.testing.assert_allclose(fall, 0.0, rtol=0, atol=1e-14)
+    upwards = np.exp(-1j * angle) * 9.81j  # 1 g in the axes of a link turned counter-clockwise
+    upwards = np.column_stack([upwards.real, upwards.imag])
+    np.testing.assert_allclose(specific_force(np.zeros((13, 2)), angle), upwards, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(specific_force(-upwards, angle), 0.0, rtol=0, atol=1e-14)

@@ -1,12 +1,10 @@
 """The project writes every file to a temporary file and renames it, so that no reader finds half of one."""
 
 import os
-import subprocess
-import sys
 
 import pytest
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import python, refused
 from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_text
 
 
@@ -30,7 +28,7 @@ with replacing(sys.argv[1]) as part:
 """
     (tmp_path / "deep").mkdir()
     for name in ("a.csv", "deep/b", "deep/archive.tar.gz"):
-        subprocess.run([sys.executable, "-c", write, str(tmp_path / name)], check=True)
+        python(write, tmp_path / name)
     left = {path.name for path in tmp_path.rglob(".*part*")}
     assert len(left) == 3
     foreign = (".iso.part", ".thesis.part2.docx", ".a.123-456.part.csv", ".a.trackdyn-part.csv")
@@ -62,6 +60,5 @@ def test_a_pipe_and_a_device_are_refused(tmp_path, write):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("/dev/null")
     for path in (tmp_path / "pipe", tmp_path / "link", "/dev/null"):
-        with pytest.raises(InputError, match="is a pipe or a device, not a file; give the name of a file"):
-            write(path)
+        refused(write, path, match="is a pipe or a device, not a file; give the name of a file")
     assert (tmp_path / "pipe").is_fifo() and not os.path.isfile("/dev/null")

@@ -19,11 +19,6 @@ from trackdyn.simulation.belt import belt_recording
 SCENE = Scene(load_rig("paper"), 115.0)
 
 
-@pytest.fixture(scope="module")
-def recording():
-    return belt_recording(Scene(load_rig("paper"), 115.0, **BELT, duration=4.0))
-
-
 @pytest.mark.parametrize(
     "owner", [Rig, Scene, SCENE, SCENE.rig, SCENE.rig.chain], ids=lambda owner: type(owner).__name__
 )
@@ -41,33 +36,24 @@ def test_a_help_has_types_and_defaults_and_no_machinery(owner):
 
 
 def test_the_signature_of_a_scene_has_its_fields():
-    parameters = inspect.signature(Scene).parameters
-    assert [*parameters] == ["rig", "motor_rpm", "ring_radius", "preset", *[
-        name for name in Scene.model_fields if name not in ("rig", "motor_rpm", "ring_radius")
-    ]]  # fmt: skip
+    parameters, (rig, rpm, radius, *others) = inspect.signature(Scene).parameters, Scene.model_fields
+    assert [*parameters] == [rig, rpm, radius, "preset", *others]
     for name, parameter in parameters.items():
         if name != "preset" and parameter.default not in (inspect.Parameter.empty, "of the rig"):
             assert getattr(SCENE, name) == parameter.default
     assert {parameters[name].default for name in ("chain", "drag", "tension")} == {"of the rig"}
 
 
-def test_a_notebook_shows_tables(recording):
-    for shown, words in (
-        (SCENE, "115 rev/min"),
-        (recording, "4 s, 4000 samples at 1000 Hz"),
-        (sense(recording), "ay_g"),
-    ):
+def test_a_notebook_shows_tables_and_draws_into_given_axes():
+    recording = belt_recording(Scene(load_rig("paper"), 115.0, **BELT, duration=4.0))
+    signal, rows = sense(recording), "4000 samples at 1000 Hz"
+    for shown, words in ((SCENE, "115 rev/min"), (recording, f"4 s, {rows}"), (signal, "ay_g")):
         text = shown._repr_html_()
         assert words in text and text.count("<table") == 1 and "<Rig" not in text and len(text) < 20_000
-    assert re.fullmatch(
-        r"<SensorSignal: 4000 samples at 1000 Hz; ax \S+ g RMS, ay \S+ g RMS; 0 clipped>", repr(sense(recording))
-    )
-
-
-def test_a_signal_is_drawn_into_given_axes(recording):
+    assert re.fullmatch(rf"<SensorSignal: {rows}; ax \S+ g RMS, ay \S+ g RMS; 0 clipped>", repr(signal))
     pyplot = pytest.importorskip("matplotlib.pyplot")
     figure, ax = pyplot.subplots()
-    assert sense(recording).plot(ax=ax) is ax and len(ax.lines) == 2
+    assert signal.plot(ax=ax) is ax and len(ax.lines) == 2
     pyplot.close(figure)
 
 

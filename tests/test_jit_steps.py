@@ -1,14 +1,11 @@
 """Every kernel of the time loop does the same compiled as interpreted, over ten steps."""
 
-import os
 import pickle
-import subprocess
-import sys
 
 import numpy as np
 from numpy.lib.recfunctions import structured_to_unstructured
 
-from tests.conftest import LAWS
+from tests.conftest import LAWS, python
 from trackdyn.simulation.loop import Loop
 
 # together they run every kernel
@@ -56,12 +53,6 @@ if jit.INTERPRETED:
 """
 
 
-def ten_steps(folder, suffix, **environment):
-    """Output of a process that continues every loop of a folder."""
-    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix]
-    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
-
-
 def read(path):
     """Arrays of numbers of a file, those of rows with named columns as a table."""
     with np.load(path) as data:
@@ -77,18 +68,14 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, rig, tmp_pat
         if loop.state.plane is not None:
             loop.arrays.state.plane.motion[:2] = 0.0055, 0.1  # beyond the play of the guides, m and m/s
         (tmp_path / f"{name}.loop").write_bytes(pickle.dumps(loop))
-    ten_steps(tmp_path, ".compiled")
-    never_called = ten_steps(tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").split()
+    python(TEN_STEPS, tmp_path, ".compiled")
+    never_called = python(TEN_STEPS, tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").stdout.split()
     assert never_called == ["_first_beyond"], "which looks for the body where a run diverged"
     for name in SCENES:
-        assert_same(tmp_path / name)
-
-
-def assert_same(path):
-    """Compare the arrays of both kinds of kernels; accelerations are small differences of large loads."""
-    compiled, interpreted = (read(path.with_suffix(f".{kind}.npz")) for kind in ("compiled", "interpreted"))
-    assert interpreted["work.tooth_force"].max() > 100.0
-    for array, right in interpreted.items():
-        accelerations = array in ("work.alpha", "work.pin_ax", "work.pin_ay")
-        atol = (1e-7 if accelerations else 1e-8) * np.nanmax(np.abs(right), initial=0.1)
-        np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{path.name}: {array}")
+        compiled, interpreted = (read(tmp_path / f"{name}.{kind}.npz") for kind in ("compiled", "interpreted"))
+        assert interpreted["work.tooth_force"].max() > 100.0
+        for array, right in interpreted.items():
+            # accelerations are small differences of large loads
+            error = 1e-7 if array in ("work.alpha", "work.pin_ax", "work.pin_ay") else 1e-8
+            atol = error * np.nanmax(np.abs(right), initial=0.1)
+            np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{name}: {array}")

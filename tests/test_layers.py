@@ -95,7 +95,6 @@ def test_dotted_names_in_backticks_are_names_of_this_repository():
 
 
 def room_of(module):
-    """Package and room of a module."""
     package, _, rest = module.partition(".")
     return package, rest.partition(".")[0] or "__init__"
 
@@ -159,7 +158,7 @@ def test_contributing_shows_the_imports_of_today():
 
 
 def test_no_script_hides_a_package():
-    """Test that no module next to a script has the name of an installed package: the script's folder comes first."""
+    """No module next to a script has the name of an installed package: the script's folder comes first."""
     scripts = [path for folder in ("benchmarks", "docs", "laboratory", "tests", "trackdyn", "workflow")
                for path in (ROOT / folder).rglob("*.py")
                if '__name__ == "__main__"' in path.read_text(encoding="utf-8")]  # fmt: skip

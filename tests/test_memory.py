@@ -1,11 +1,10 @@
 """Memory that is free: the least of the machine's, the control groups' and the limits of the process."""
 
 import resource
-import subprocess
-import sys
 
 import pytest
 
+from tests.conftest import python, written
 from trackdyn.inputs import memory
 
 MACHINE = 8e9
@@ -40,9 +39,9 @@ IN_CONTAINER = {name.replace("/job/", "/"): text for name, text in list(VERSION_
 def test_the_limit_of_a_control_group_counts(tmp_path, monkeypatch, files, membership, free):
     for name, text in files.items():
         (tmp_path / "groups" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "groups" / name).write_text(text, encoding="utf-8")
-    (tmp_path / "membership").write_text(membership, encoding="utf-8")
-    monkeypatch.setattr(memory._free_in_control_groups, "__defaults__", (tmp_path / "groups", tmp_path / "membership"))
+        written(tmp_path / "groups" / name, text)
+    places = tmp_path / "groups", written(tmp_path / "membership", membership)
+    monkeypatch.setattr(memory._free_in_control_groups, "__defaults__", places)
     monkeypatch.setattr(memory, "_free_in_machine", lambda: MACHINE)
     monkeypatch.setattr(memory, "_free_address_space", lambda: [])
     assert memory.free_memory() == free
@@ -54,6 +53,5 @@ def test_the_limit_of_the_address_space_counts():
         f"resource.setrlimit(resource.RLIMIT_AS, (10**9, {resource.RLIM_INFINITY})); "
         "print(free_memory(), psutil.Process().memory_info().vms)"
     )
-    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    free, taken = map(float, printed.split())
+    free, taken = map(float, python(code).stdout.split())
     assert 0 < free <= 10**9 - 0.9 * taken

@@ -2,14 +2,13 @@
 
 import os
 import shutil
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import ROOT
+from tests.conftest import python, written
 from trackdyn import sources
 from trackdyn.sources import edited, meaning, module_files
 
@@ -40,34 +39,19 @@ with open(A[1:2, ::3]) as B.c: B @= {i for i in B if i for j in i}
 """
 
 
-@pytest.fixture
-def hash_of(tmp_path):
-    """`meaning` of a text, in a file of its own."""
-
-    def of(text, name=iter(range(100))):
-        path = tmp_path / f"{next(name)}.py"
-        path.write_text(text, encoding="utf-8")
-        return meaning(path)
-
-    return of
+LAYOUT = {
+    "Of the module.": "Another", "Of the function.": "Another", "Of the class.": "Another", "pass": "pass  # so",
+    "A, *B = 1, 1.5e-9,": "(A, *B) = 1, (1.5e-9),",
+}  # fmt: skip
+MEANING = {
+    "1.5e-9": "1.6e-9", "1.0": "1", ":.3f": ":.4f", "np.vec": "np.Vec", "1 < 2": "1 <= 2", "/, ": "",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["module", "function", "class"])
-def test_docstrings_comments_and_layout_mean_nothing(hash_of, name):
-    for same in (
-        TEXT.replace(f"Of the {name}.", "Another"),
-        TEXT.replace("pass", "pass  # so"),
-        TEXT.replace("A, *B = 1,", "(A, *B) = (1,").replace("1_000", "1000)"),
-    ):
-        assert same != TEXT and hash_of(same) == hash_of(TEXT)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("1.5e-9", "1.6e-9"), ("1.0", "1"), (":.3f", ":.4f"), ("np.vec", "np.Vec"), ("1 < 2", "1 <= 2"), ("/, ", "")],
-)
-def test_all_else_does(hash_of, old, new):
-    assert TEXT.replace(old, new) != TEXT and hash_of(TEXT.replace(old, new)) != hash_of(TEXT)
+@pytest.mark.parametrize(("old", "new"), (LAYOUT | MEANING).items())
+def test_docstrings_comments_and_layout_mean_nothing_and_all_else_does(tmp_path, old, new):
+    before, after = (written(tmp_path / f"{k}.py", text) for k, text in enumerate((TEXT, TEXT.replace(old, new))))
+    assert before.read_bytes() != after.read_bytes() and (meaning(before) == meaning(after)) == (old in LAYOUT)
 
 
 EDITED = """
@@ -93,34 +77,26 @@ print(sources.edited([file]) == file)
 """
 
 
+NO_EDITS = ["read"], [], ["read", "A = 1 # comment"], ["read", "A = 2", "A = 1"]
+EDITS = [
+    ["A = 2", "read"], ["read", "A = 2"], ["read", "A = 2 @ 1000000"], ["read", "A = 2 @ -10000"], ["read", "A ="],
+]  # fmt: skip
+
+
 @pytest.mark.parametrize("inside", ["inside", "outside"])
 @pytest.mark.parametrize("age", [10**8, -10000])
-@pytest.mark.parametrize(
-    ("steps", "expected"),
-    [
-        (["read"], False),
-        ([], False),
-        (["A = 2", "read"], True),
-        (["read", "A = 2"], True),
-        (["read", "A = 2 @ 1000000"], True),
-        (["read", "A = 2 @ -10000"], True),
-        (["read", "A = 1 # comment"], False),
-        (["read", "A = 2", "A = 1"], False),
-        (["read", "A ="], True),
-    ],
-)
-def test_an_edit_after_the_import_is_known(tmp_path, inside, age, steps, expected):
+@pytest.mark.parametrize("steps", [*NO_EDITS, *EDITS], ids=str)
+def test_an_edit_after_the_import_is_known(tmp_path, inside, age, steps):
     """Before it is read, whatever it is; after that, if its meaning is another. A date in the future is no edit."""
-    assert edited_after(tmp_path, inside, age, steps) is expected
+    assert edited_after(tmp_path, inside, age, steps) is (steps in EDITS)
 
 
 def test_a_file_of_the_package_that_is_swapped_for_an_older_one_is_edited(tmp_path):
-    assert edited_after(tmp_path, "inside", 10**6, ["A = 2 @ 2000000", "read"])
-    assert edited_after(tmp_path, "inside", 10**6, ["A = 2 @ -10000", "read"])
+    for age in (2000000, -10000):
+        assert edited_after(tmp_path, "inside", 10**6, [f"A = 2 @ {age}", "read"])
 
 
 def test_the_lock_of_an_editor_beside_a_source_disturbs_nothing(tmp_path):
-    """A link to nowhere with the ending of a source."""
     shutil.copytree(Path(sources.__file__).parent / "contact", tmp_path / "trackdyn/contact")
     code = "from trackdyn import sources; print(sources.kernel_digest())"
     digests = []
@@ -128,8 +104,7 @@ def test_the_lock_of_an_editor_beside_a_source_disturbs_nothing(tmp_path):
         if lock:
             lock.symlink_to("me@here.1234:5678")
         assert not edited_after(tmp_path, "inside", 10**6, ["read"])
-        run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-        digests.append(run.stdout)
+        digests.append(python(code, cwd=tmp_path).stdout)
     assert digests[0] == digests[1] != ""
 
 
@@ -141,8 +116,7 @@ def edited_after(folder, inside, age, steps):
     ours = folder / ("trackdyn/ours.py" if inside == "inside" else "ours.py")
     ours.write_text("A = 1")
     os.utime(ours, ns=(time.time_ns() - 10**9 * age,) * 2)
-    run = [sys.executable, "-c", EDITED, str(folder), inside, *steps]
-    return subprocess.run(run, capture_output=True, text=True, check=True).stdout == "True\n"
+    return python(EDITED, folder, inside, *steps).stdout == "True\n"
 
 
 def test_the_files_of_a_row_are_these():
@@ -164,9 +138,7 @@ def test_hashes_are_those_of_the_files_whatever_an_earlier_process_kept(tmp_path
     """Nothing kept, all kept, kept and then damaged."""
 
     def hashed():
-        command, place = [sys.executable, "-c", HASHES], {"TRACKDYN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
-        output = subprocess.run(command, env=os.environ | place, capture_output=True, text=True, check=True).stdout
-        return output.split()
+        return python(HASHES, TRACKDYN_CACHE=str(tmp_path)).stdout.split()
 
     (right, parsed), (again, none) = hashed(), hashed()
     (file,) = tmp_path.glob("sources-*.json")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.conftest import ROOT
+from tests.conftest import ROOT, written
 
 SCRIPT = """
 import numpy as np
@@ -32,8 +32,7 @@ def test_a_users_script_is_checked_against_the_package(tmp_path, monkeypatch):
     api = pytest.importorskip("mypy.api")
     assert (ROOT / "trackdyn" / "py.typed").is_file()
     monkeypatch.setenv("MYPYPATH", str(ROOT))
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT + "\n".join(WRONG) + "\n", encoding="utf-8")
+    script = written(tmp_path / "script.py", SCRIPT + "\n".join(WRONG) + "\n")
     options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache"), "--no-pretty"]
     report, failure, _ = api.run([*options, str(script)])
     assert not failure, failure

@@ -1,13 +1,11 @@
 """Maxwell elements of the bushings: loss of a sinusoid, exact step, energy balance of whole loops."""
 
-import pickle
-
 import numpy as np
 import pytest
 
+from tests.conftest import refused
 from tests.kinematics import spinning_loop
 from trackdyn.chain.kinematics import add_maxwell_moments, advance_maxwell, maxwell_energy
-from trackdyn.inputs.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Maxwell
 from trackdyn.rig.laws import BAND, maxwell_elements
@@ -28,8 +26,7 @@ def moduli(share, time, frequency):
 def test_elements_have_the_loss_factor_over_the_band(loss_factor):
     assert (maxwell_elements(0.5)[0] > 0.0).all()  # the largest of a rig: no element would feed energy in
     share, time = maxwell_elements(loss_factor)
-    frequency = np.geomspace(*BAND, 300)
-    storage, loss = moduli(share, time, frequency)
+    storage, loss = moduli(share, time, np.geomspace(*BAND, 300))
     assert (share > 0).all()
     np.testing.assert_allclose(loss / storage, loss_factor, rtol=RIPPLE)
     # a damper parallel to a spring would have a hundred times the loss at one end of the band
@@ -38,7 +35,6 @@ def test_elements_have_the_loss_factor_over_the_band(loss_factor):
 
 @pytest.fixture
 def hysteretic(make_scene):
-    """A loop without wheels, with Maxwell elements at rest, its moments 0."""
     loop = spinning_loop(make_scene(0.0, ring_radius=None, bushing_law="hysteretic"))
     loop.arrays.state.rate[:] = 0.0
     return loop
@@ -46,7 +42,6 @@ def hysteretic(make_scene):
 
 @pytest.mark.parametrize("frequency", [0.5, 4.47, 50.0])
 def test_a_sinusoid_has_the_loss_of_the_law(hysteretic, rig, frequency):
-    """Body 1 swings and bends the joints on both sides by opposite angles."""
     model, state, work, _ = hysteretic.arrays
     share, time = maxwell_elements(rig.bushing.loss_factor)
     steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
@@ -76,53 +71,47 @@ def test_a_sinusoid_has_the_loss_of_the_law(hysteretic, rig, frequency):
 def test_a_step_is_exact_however_long(hysteretic):
     """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
     maxwell, states = Maxwell(np.array([30.0, 200.0]), np.array([1e-4, 0.3])), []
+
+    def moments(ahead):
+        work.torque[:], work.joint_rate[:] = 0.0, np.roll(state.rate, -1) - state.rate
+        add_maxwell_moments(state, work, ahead, maxwell)
+        return work.torque.copy()
+
     for h, count in ((1e-3, 10), (1e-2, 1)):
         model, state, work, _ = hysteretic.copy().arrays
         state = state._replace(maxwell=np.array([[1.0], [-4.0]]) * np.ones(len(state.rate)))
         state.rate[::2] = 0.7
-        before = maxwell_energy(state, maxwell)
-        work.torque[:] = 0.0
-        work.joint_rate[:] = np.roll(state.rate, -1) - state.rate
-        add_maxwell_moments(state, work, h, maxwell)
-        ahead = work.torque.copy()
+        before, ahead = maxwell_energy(state, maxwell), moments(h)
         for _ in range(count):
             advance_maxwell(model._replace(step=h), state, work, BUSHING_LOSS, maxwell)
         states.append([*state.maxwell.ravel(), state.work_done[BUSHING_LOSS], maxwell_energy(state, maxwell) - before])
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
     # moments extrapolated over the long step, and those of the state after it
-    work.torque[:] = 0.0
-    add_maxwell_moments(state, work, 0.0, maxwell)
-    for moments in (ahead, work.torque):
-        np.testing.assert_allclose(moments, -state.maxwell.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose([ahead, moments(0.0)], [-state.maxwell.sum(axis=0)] * 2, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 5e-5)])
-def test_the_energy_balance_of_a_loop_closes_and_copies_continue_bit_for_bit(make_scene, integrator, step):
+def test_the_energy_balance_of_a_loop_closes(make_scene, integrator, step):
     loop = Loop(make_scene(115.0, bushing_law="hysteretic", drag="rolling", integrator=integrator, step=step))
     assert loop.model.chain.damping == 0.0
     loop.advance(0.8)
     assert np.abs(loop.state.maxwell).max() > 1.0
-    copies = pickle.loads(pickle.dumps(loop)), loop.copy()
     recording = loop.record(0.5)
     change = recording.energy[-1] - recording.energy[0]
     assert abs(open_share(recording.energy, loop.model, 0.5)[0]) < 1e-3
     assert change[BUSHING_LOSS] > 0.01 * change[0]
-    for again in copies:
-        np.testing.assert_array_equal(again.record(0.5).energy, recording.energy)
-        np.testing.assert_array_equal(again.state.maxwell, loop.state.maxwell)
 
 
 def test_stiff_elements_limit_the_step_and_missing_values_are_refused(make_scene, rig):
-    soft = rig.changed(bushing__stiffness=2000.0)
+    soft, lossless = rig.changed(bushing__stiffness=2000.0), rig.changed(bushing__loss_factor=0.0)
     limits = [
         step_limits(make_scene(115.0, rig=soft, bushing_law=law, step=1e-5).model, 1000.0)["stiffness of the bushing"]
         for law in ("viscous", "hysteretic")
     ]
     share, _ = maxwell_elements(rig.bushing.loss_factor)
     assert limits[0] / limits[1] == pytest.approx((1 + share.sum()) ** 0.5)
-    lossless = rig.changed(bushing__loss_factor=0.0)
-    with pytest.raises(InputError, match=r"bushing_law = 'hysteretic': .*loss_factor is 0.*'viscous'"):
-        make_scene(115.0, rig=lossless, bushing_law="hysteretic")
+    words = ["bushing_law = 'hysteretic': ", "loss_factor is 0", "'viscous'"]
+    refused(make_scene, rig=lossless, bushing_law="hysteretic", words=words)
     for elastic in (lossless.changed(bushing__damping=0.0), rig.changed(bushing__stiffness=0.0)):
         model = make_scene(115.0, rig=elastic, bushing_law="hysteretic").model
         assert not len(model.maxwell.time) and model.chain.damping == 0.0

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import null_space
 
 from tests import reference
-from tests.kinematics import irregular_chain, mass_centre_arms, mass_centres
+from tests.kinematics import irregular_chain, mass_centres, mass_matrix
 from trackdyn.chain.kinematics import bushing_torques, damping_weight, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerate, accelerations
 from trackdyn.model.arrays import make_state, make_work
@@ -28,20 +28,14 @@ def make_ring(n, seed, percussion=False):
     return chain, state, loads
 
 
-def loaded(chain, state, loads):
-    """Return work with orientations, loads, bushing torques and an old solution."""
+def sweep(chain, state, loads, step):
+    """Return work with accelerations of bodies and first pin by the sweep, and the load through the cut."""
     work = make_work(len(state.angle), len(state.wheel_impact), 3)
     for array in work.sweep:
-        array[...] = 7.0
+        array[...] = 7.0  # an old solution
     work.force_x[:], work.force_y[:], work.moment[:] = loads
     orient(state.angle, work.cos, work.sin)
     bushing_torques(chain, state, work)
-    return work
-
-
-def sweep(chain, state, loads, step):
-    """Return work with accelerations of bodies and first pin by the sweep, and the load through the cut."""
-    work = loaded(chain, state, loads)
     accelerations(chain, state, work, step * chain.damping)
     accelerate(chain, state, work, 0)
     return work
@@ -77,26 +71,14 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(n, step):
     chain, state, loads = make_ring(n, 1)
     result = sweep(chain, state, loads, step).sweep
     alpha, base, end = (array[:, :3] @ result.inverse[:, :2] for array in (result.response, result.base, result.end))
-    c, s = np.cos(state.angle), np.sin(state.angle)
-    side = chain.length * np.array([-s, c])
+    side = chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
     size = np.abs(alpha).max() * chain.length.max()
     np.testing.assert_allclose(side @ alpha, np.eye(2), rtol=0, atol=AGREEMENT * size)
     np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=AGREEMENT * size)
 
     # Weighted by mass, the change is orthogonal to motions that keep the gap; implicit damping adds to the mass matrix.
-    arm = mass_centre_arms(chain, state).T
-    centre = np.array([-arm[1], arm[0]])
-    mass = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        rows = np.zeros((2, n + 2))
-        rows[:, :2] = np.eye(2)
-        rows[:, 2 : 2 + i] = side[:, :i]
-        rows[:, 2 + i] = centre[:, i]
-        mass += chain.mass[i] * rows.T @ rows
-        mass[2 + i, 2 + i] += chain.inertia[i]
-        joint = np.zeros(n + 2)
-        joint[2 + i], joint[2 + (i + 1) % n] = -1.0, 1.0
-        mass += step * chain.damping * np.outer(joint, joint)
+    mass, joints = mass_matrix(chain, state), np.roll(np.eye(n), 1, axis=1) - np.eye(n)
+    mass[2:, 2:] += step * chain.damping * joints.T @ joints
     motions = null_space(np.hstack([np.zeros((2, 2)), side])).T  # rows that span the motions of the closed chain
     change = np.vstack([base, alpha])
     np.testing.assert_allclose(motions @ mass @ change, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())

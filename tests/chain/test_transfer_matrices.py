@@ -6,15 +6,7 @@ import pytest
 from tests import reference
 from tests.kinematics import closed_rates
 from trackdyn.model.constants import Chain
-from trackdyn_replication.study.extremes.transfer_product import (
-    accelerations,
-    body_matrix,
-    elements_of,
-    growth,
-    joint_acceleration,
-    joint_matrix,
-    multiply,
-)
+from trackdyn_replication.study.extremes import transfer_product as product
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12
@@ -28,41 +20,31 @@ def random_rotation(rng):
     return q * np.linalg.det(q)
 
 
-def random_body(rng):
-    """Return mass, positions from the input, r_ic, r_io and central inertia of seven joined particles."""
-    mass = rng.uniform(0.3, 2.0, 7)
-    points = rng.normal(0.0, 0.1, (7, 3))
-    centre = mass @ points / mass.sum()
-    arm = points - centre
-    inertia = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(mass, arm, strict=True))
-    return mass, points, centre, rng.normal(0.0, 0.1, 3), inertia
-
-
-def random_matrix(rng, omega=None):
-    mass, _, r_ic, r_io, inertia = random_body(rng)
-    omega = rng.normal(0.0, 3.0, 3) if omega is None else omega
+def random_body(rng, omega):
+    """Return the matrix of seven joined particles, their masses and positions from the input, arms and loads."""
+    mass, points, r_io = rng.uniform(0.3, 2.0, 7), rng.normal(0.0, 0.1, (7, 3)), rng.normal(0.0, 0.1, 3)
+    r_ic = mass @ points / mass.sum()
+    inertia = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(mass, points - r_ic, strict=True))
     force, moment = rng.normal(0.0, 20.0, 3), rng.normal(0.0, 2.0, 3)
-    return body_matrix(mass.sum(), inertia, r_ic, r_io, omega, force, moment)
+    matrix = product.body_matrix(mass.sum(), inertia, r_ic, r_io, omega, force, moment)
+    return matrix, mass, points, r_ic, r_io, force, moment
 
 
 def random_input(rng):
-    """State with accelerations and loads of random size; its last entry is 1."""
     return np.append(rng.normal(0.0, 10.0, 12), 1.0)
 
 
 def split(state):
-    """r'', Omega', m and q of a state."""
     assert state[12] == 1.0
-    return state[0:3], state[3:6], state[6:9], state[9:12]
+    return np.split(state[:12], 4)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_body_balances_the_momentum_of_its_particles(seed):
     """The sums of m a and r x m a over particles equal the loads at input, output and centre."""
     rng = np.random.default_rng(seed)
-    mass, points, r_ic, r_io, inertia = random_body(rng)
-    omega, force, moment = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 20.0, 3), rng.normal(0.0, 2.0, 3)
-    matrix = body_matrix(mass.sum(), inertia, r_ic, r_io, omega, force, moment)
+    omega = rng.normal(0.0, 3.0, 3)
+    matrix, mass, points, r_ic, r_io, force, moment = random_body(rng, omega)
     state = random_input(rng)
     acc, spin, m_in, q_in = split(state)
     acc_out, spin_out, m_out, q_out = split(matrix @ state)
@@ -75,46 +57,35 @@ def test_body_balances_the_momentum_of_its_particles(seed):
     pin = rng.normal(0.0, 1.0, 3)  # the input in space
     rate = np.array([m * moved(r) for m, r in zip(mass, points, strict=True)])
     np.testing.assert_allclose(rate.sum(axis=0), q_in - q_out + force, rtol=0, atol=ROUNDING * 100)
-    expected = (
-        m_in - m_out + moment
-        + np.cross(pin, q_in) - np.cross(pin + r_io, q_out) + np.cross(pin + r_ic, force)
-    )  # fmt: skip
+    expected = m_in - m_out + moment
+    expected += np.cross(pin, q_in) - np.cross(pin + r_io, q_out) + np.cross(pin + r_ic, force)
     np.testing.assert_allclose(np.cross(pin + points, rate).sum(axis=0), expected, rtol=0, atol=ROUNDING * 100)
-
-
-def random_joint(rng):
-    """Joint with axes in space: its matrix, outboard body, both axes, zeta, torque behind that body."""
-    frame = random_rotation(rng)
-    axis, axis_next = frame @ Z, random_rotation(rng) @ Z
-    spin, rate = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 4.0)
-    zeta = np.cross(spin, axis) * rate
-    body, torque = random_matrix(rng, spin + axis * rate), rng.normal(0.0, 5.0)
-    matrix = joint_matrix(body, axis, axis_next, zeta, torque)
-    return matrix, body, frame, axis_next, spin, rate, zeta, torque
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_joint_passes_loads_and_turns_about_its_axis_only(seed):
     rng = np.random.default_rng(seed)
-    matrix, body, frame, axis_next, spin, rate, zeta, torque = random_joint(rng)
+    frame = random_rotation(rng)
+    axis, axis_next = frame @ Z, random_rotation(rng) @ Z
+    spin, rate, torque = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 4.0), rng.normal(0.0, 5.0)
+    body, zeta = random_body(rng, spin + axis * rate)[0], np.cross(spin, axis) * rate
     state = random_input(rng)
-    out = matrix @ state
+    out = product.joint_matrix(body, axis, axis_next, zeta, torque) @ state
     for k in (0, 2, 3):
         assert (split(out)[k] == split(state)[k]).all(), "position, moment and force are the same on both sides"
     relative = out[3:6] - state[3:6]
     size = np.abs(relative).max()
     # all but zeta is along the axis
-    np.testing.assert_allclose(np.cross(relative - zeta, frame @ Z) / size, 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(np.cross(relative - zeta, axis) / size, 0.0, atol=ROUNDING)
     # the bushing behind the outboard body has its torque; the row cancels terms of the size of m
     moment = (body @ out)[6:9]
     assert axis_next @ moment == pytest.approx(torque, abs=1e3 * ROUNDING * max(1.0, np.abs(moment).max()))
     # Eq. 7 as printed, in the frame of the inboard body
     printed = frame.T @ relative - np.cross(frame.T @ spin, rate * Z)
-    assert joint_acceleration(frame @ Z, state, out) == pytest.approx(printed[2], rel=1e-11)
+    acceleration = product.joint_acceleration(axis, state, out)
+    assert acceleration == pytest.approx(printed[2], rel=1e-11)
     # and d/dt (Omega + axis phi') = Omega' + axis phi'' + zeta has this phi''
-    np.testing.assert_allclose(
-        relative / size, (frame @ Z * joint_acceleration(frame @ Z, state, out) + zeta) / size, atol=ROUNDING
-    )
+    np.testing.assert_allclose(relative / size, (axis * acceleration + zeta) / size, atol=ROUNDING)
 
 
 TRACK = np.array([[0.1, 10.0, 0.012], [0.058, 2.5, 0.003]])
@@ -143,7 +114,7 @@ def test_product_over_a_short_chain_is_the_reference(kind, n):
         chain = make_chain(kind, n, 0.1)
         rng = np.random.default_rng(seed)
         pose, torque = regular_state(chain, rng), rng.normal(0.0, 60.0, n)
-        alpha, start = accelerations(chain, *pose, torque)
+        alpha, start = product.accelerations(chain, *pose, torque)
         expected = reference.reference_accelerations(chain, *pose, torque=torque, implicit_damping=0.0)
         size = 3e-9 * np.abs(expected.alpha).max()
         np.testing.assert_allclose(alpha, expected.alpha, rtol=0, atol=size)
@@ -159,20 +130,20 @@ def test_growth_of_single_bodies_is_the_closed_form(body):
     chain = make_chain(np.array([body, body]), 4)
     half, radius = 0.5 * chain.length[0], np.sqrt(chain.inertia[0] / chain.mass[0])
     # eigenvalues of a matrix that is not normal, with a double eigenvalue 1
-    assert growth(chain) == pytest.approx(((half + radius) / abs(half - radius)) ** 2, rel=1e-9)
+    assert product.growth(chain) == pytest.approx(((half + radius) / abs(half - radius)) ** 2, rel=1e-9)
 
 
 def size_of_the_product(kind, n):
     """Decimal logarithm of the norm of the product over a ring of ``n`` bodies, at rest and without loads."""
     chain, angle, zero = make_chain(kind, n), -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
-    return np.log10(np.linalg.norm(multiply(elements_of(chain, angle, *[zero] * 5))[:12, :12]))
+    return np.log10(np.linalg.norm(product.multiply(product.elements_of(chain, angle, *[zero] * 5))[:12, :12]))
 
 
 @pytest.mark.parametrize("kind", [BAR, TRACK])
 def test_size_of_the_product_grows_by_the_closed_form(kind):
     """The closed form holds for a straight chain; the bend of a ring fades with the square of the number of bodies."""
     small, middle, large = (size_of_the_product(kind, n) for n in (20, 40, 80))
-    expected = np.log10(growth(make_chain(kind, 4)))
+    expected = np.log10(product.growth(make_chain(kind, 4)))
     wide, narrow = (middle - small) / 10.0 - expected, (large - middle) / 20.0 - expected
     # A turn of 2 pi / n from body to body changes the exponent by at most a tenth of (2 pi / n)^2 (the track). No
     # rounding shows: the norm is exact to eps times the number of factors.

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.conftest import run_command
+from tests.conftest import run_command, written
 from trackdyn.commands.own_files import is_own, noting
 from trackdyn.commands.studies import PICTURE_FILES
 from trackdyn.inputs.errors import InputError
@@ -25,8 +25,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("TRACKDYN_CACHE", str(tmp_path / "cache"))
     rig = shipped_rigs()["bench"].read_text(encoding="utf-8")
     for name in ("a.yaml", "b.yaml"):
-        Path(name).write_text(f"{rig}# {name}\n", encoding="utf-8")
-    Path("d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
+        written(Path(name), f"{rig}# {name}\n")
+    written(Path("d.csv"), "motor_rpm\n115\n")
     row = {"rpm": 115.0, "load_n": 0.0, "ring_radius_m": 0.302, "state": "done", "reason": "", "motor_power_w": 300.0}
     done = pd.DataFrame([row])
 
@@ -38,17 +38,14 @@ def folder(tmp_path, monkeypatch):
         write_text(out, f"{Path(design).read_text(encoding='utf-8')}{Path(rig).resolve()}")
         return done
 
-    for name, value in {
-        "trackdyn.sweeps.ring.ring_study": lambda *_: done,
-        "trackdyn.measure.ring_advice.advice": lambda *_: [],
-        "trackdyn.measure.ring_advice.compared": lambda *_: None,
-        "trackdyn.commands.studies._comparison_rows": lambda *_: [],
-        "trackdyn.commands.studies._notes": lambda *_: [],
-        "trackdyn.commands.studies._check_meshing": lambda *_: None,
-        "trackdyn.commands.studies._write_study": write_study,
-        "trackdyn.sweeps.sweep.sweep": sweep,
-    }.items():
-        monkeypatch.setattr(name, value)
+    for name in (
+        "measure.ring_advice.advice", "measure.ring_advice.compared", "commands.studies._comparison_rows",
+        "commands.studies._notes", "commands.studies._check_meshing",
+    ):  # fmt: skip
+        monkeypatch.setattr(f"trackdyn.{name}", lambda *_: [])
+    monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: done)
+    monkeypatch.setattr("trackdyn.commands.studies._write_study", write_study)
+    monkeypatch.setattr("trackdyn.sweeps.sweep.sweep", sweep)
     return tmp_path
 
 
@@ -60,7 +57,7 @@ def replaced(old, new, words):
 def test_no_file_of_a_ring_study_that_was_edited_is_replaced(folder, name):
     for _ in range(2):
         assert run_command(*RING).code == 0
-    (edited := Path("f", name)).write_text("notes of mine", encoding="utf-8")
+    edited = written(Path("f", name), "notes of mine")
     before = {path: path.read_bytes() for path in Path("f").iterdir()}
     done = run_command(*RING)
     assert done.code == 1 and f"f/{name} exists; give another name, or --overwrite" in done.err
@@ -70,8 +67,6 @@ def test_no_file_of_a_ring_study_that_was_edited_is_replaced(folder, name):
 
 @pytest.mark.parametrize("written", range(len(FILES)))
 def test_a_study_that_was_stopped_while_it_wrote_is_resumed(folder, monkeypatch, written):
-    """After any of its files, as on a full disk."""
-
     def stopped(out, *_, **__):
         for name in FILES[:written]:
             write_text(out / name, name)
@@ -94,8 +89,7 @@ def test_a_file_belongs_to_its_command_also_where_it_is_killed_while_it_takes_it
         with pytest.raises(pytest.fail.Exception):
             write_text("f.csv", "third")
     assert Path("f.csv").read_text(encoding="utf-8") == "second" and is_own(Path("f.csv"), ["d.csv"])
-    Path("f.csv").write_text("edited", encoding="utf-8")
-    assert not is_own(Path("f.csv"), ["d.csv"])
+    assert not is_own(written(Path("f.csv"), "edited"), ["d.csv"])
 
 
 # words of the command and others in their place, and whether its files may be replaced by those
@@ -133,16 +127,16 @@ def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is
 SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "same"),
-    [
-        ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
-        ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
-    ],
-)  # fmt: skip
+OTHER_SWEEPS = [
+    ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
+    ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "same"), OTHER_SWEEPS)
 def test_results_of_a_sweep_are_replaced_by_those_of_the_same_design_and_rig(folder, old, new, same):
     assert run_command(*SWEEP).code == 0
-    Path("e.csv").write_text("motor_rpm\n210\n", encoding="utf-8")
+    written(Path("e.csv"), "motor_rpm\n210\n")
     shutil.copy("d.csv", "moved.csv")
     before = Path("r.csv").read_bytes()
     done = run_command(*replaced(old, new.format(folder=folder), SWEEP))
@@ -150,14 +144,10 @@ def test_results_of_a_sweep_are_replaced_by_those_of_the_same_design_and_rig(fol
     assert same or ("r.csv exists; give another name" in done.err and Path("r.csv").read_bytes() == before)
 
 
-def test_a_design_that_is_edited_replaces_its_own_results(folder):
+def test_an_edited_design_replaces_its_own_results_and_nothing_is_replaced_without_a_note(folder):
     assert run_command(*SWEEP).code == 0
-    Path("d.csv").write_text("motor_rpm\n210\n", encoding="utf-8")
+    written(Path("d.csv"), "motor_rpm\n210\n")
     assert run_command(*SWEEP).code == 0 and "210" in Path("r.csv").read_text(encoding="utf-8")
-
-
-def test_without_a_note_nothing_is_replaced(folder):
-    assert run_command(*SWEEP).code == 0
     for damage in ("", "[]", '{"contents": 1}', '{"contents": [], "inputs": null}', "\udcff"):
         for note in Path("cache/written").iterdir():
             note.write_bytes(damage.encode("utf-8", "surrogateescape"))

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import yaml
 
-from tests.conftest import recorded, refused
-from tests.kinematics import without_extrapolation
+from tests.conftest import recorded, refused, written
+from tests.kinematics import ContactList, without_extrapolation
 from trackdyn.contact.laws import sheared
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import ENERGY_NAMES, RING
@@ -27,13 +26,12 @@ def law():
     return make_law(0.25, 5e7, 0.5, MU, 0.2, 0.1, 0.1, 3.0, shear_stiffness=STIFFNESS)
 
 
-def pushed(law, distance, shear=0.0, steps=50, normal=NORMAL):
+def pushed(law, distance, shear=0.0, steps=50):
     """Return the displacement after a push of a link along a surface, and its work (J), by trapezia."""
-    work, force = 0.0, STIFFNESS * shear
+    work = 0.0
     for _ in range(steps):
-        shear, _ = sheared(law, shear, distance / steps / 1e-3, normal, 1e-3)
-        work += 0.5 * (force + STIFFNESS * shear) * distance / steps
-        force = STIFFNESS * shear
+        before, (shear, _) = shear, sheared(law, shear, distance / steps / 1e-3, NORMAL, 1e-3)
+        work += 0.5 * STIFFNESS * (before + shear) * distance / steps
     return shear, work
 
 
@@ -50,13 +48,12 @@ def test_push_and_reversal_follow_the_closed_form_in_any_number_of_steps(law, st
 
 def test_cycle_loses_the_area_of_its_loop(law):
     """4 mu N (X - d tanh(X / d)) in a cycle of amplitude X; trapezia of 1/2000 d are within 1e-6 of it."""
-    amplitude, shear, work = 2.0 * LIMIT, 0.0, np.zeros(3)
+    amplitude, work = 2.0 * LIMIT, []
     shear, _ = pushed(law, amplitude)
-    for cycle in range(3):  # the first is not yet periodic
-        for distance in (-2 * amplitude, 2 * amplitude):
-            shear, taken = pushed(law, distance, shear, steps=8000)
-            work[cycle] += taken
-    assert work[2] == pytest.approx(4 * SLIDING * (amplitude - LIMIT * np.tanh(amplitude / LIMIT)), rel=1e-6)
+    for distance in 3 * (-2 * amplitude, 2 * amplitude):  # the first cycle is not yet periodic
+        shear, taken = pushed(law, distance, shear, steps=8000)
+        work.append(taken)
+    assert sum(work[4:]) == pytest.approx(4 * SLIDING * (amplitude - LIMIT * np.tanh(amplitude / LIMIT)), rel=1e-6)
 
 
 def test_smaller_normal_force_lets_go_and_none_holds_nothing(law):
@@ -74,29 +71,25 @@ def test_slope_with_the_slip_is_that_of_the_displacement(law, shear, slip):
 
 
 def test_links_on_a_ring_follow_the_closed_form_from_step_to_step(driven_loop):
-    """The chain held still over a turning ring: constant slip and normal force of every link."""
     loop = driven_loop(0.308)
     model, state, work, _ = loop.arrays
     law = model.wheels.law[SPROCKET : SPROCKET + 1]
     law["shear_stiffness"], law["friction_static"] = STIFFNESS, MU
-    state.rate[:] = 0.0
-    state.pin[2:] = 0.0
-    state.shear[:] = 0.0
+    for rates in (state.rate, state.pin[2:], state.shear):
+        rates[:] = 0.0
     state.wheel_rate[SPROCKET] = -15.0
     model = without_extrapolation(model, work)
     begin = state.steps[0]
     for step in range(60):
         state.steps[0] = begin + step
         refresh(model, state, work)
-        rows = work.contact[: work.count[0]]
-        rows = rows[rows["kind"] == RING]
-        normal = np.hypot(rows["normal_x"], rows["normal_y"])
-        surface = rows["rate"][:, None] * np.column_stack([rows["spin_x"], rows["spin_y"]])
-        expected = MU * normal * -np.expm1(-STIFFNESS * np.hypot(*surface.T) * step * model.step / (MU * normal))
+        touched = ContactList(work, kinds=(RING,))
+        surface, limit = touched.rows["rate"][:, None] * touched.surface, MU * touched.force
+        expected = limit * -np.expm1(-STIFFNESS * np.hypot(*surface.T) * step * model.step / limit)
         # carried along by the surface; its speed along the tangent is all of it but for the tilt of the point, 1e-4
-        along = np.einsum("ij,ij->i", np.column_stack([rows["friction_x"], rows["friction_y"]]), surface)
+        along = (touched.friction * surface).sum(axis=1)
         np.testing.assert_allclose(along, expected * np.hypot(*surface.T), rtol=1e-3)
-    assert len(rows) > 3 and (expected > 0.3 * MU * normal).all()
+    assert len(limit) > 3 and (expected > 0.3 * limit).all()
 
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])
@@ -124,22 +117,17 @@ def test_law_without_a_stiffness_on_a_tooth_or_in_a_method_without_its_state_is_
     refused(rig.changed, words=["ring_contact.shear_stiffness is missing", "N/m"], ring_contact__friction_law="dahl")
     tooth = {"tooth_contact__friction_law": "dahl", "tooth_contact__shear_stiffness": 1e5}
     refused(rig.changed, words=["tooth_contact.friction_law = dahl", "regularised"], **tooth)
-    refused(
-        rig.changed, words=["ring_contact.shear_stiffness = -1"], **(DAHL | {"ring_contact__shear_stiffness": -1.0})
-    )
+    dahl = rig.changed(**DAHL)
+    refused(dahl.changed, words=["ring_contact.shear_stiffness = -1"], ring_contact__shear_stiffness=-1.0)
     refused(rig.changed, words=["ring_contact.friction_law", "dahl"], ring_contact__friction_law="dhal")
-    scene = {"motor_rpm": 115.0, "ring_radius": 0.308, "integrator": "rk4"}
-    refused(
-        lambda: Scene(rig.changed(**DAHL), **scene), words=["integrator = 'rk4'", "ring_contact.friction_law is dahl"]
-    )
-    Scene(rig.changed(**DAHL), friction="none", **scene)  # no law is asked for
-    path = tmp_path / "soft.yaml"
-    own = {"source": "a test", "friction_law": "dahl", "shear_stiffness": "30000 N/m"}
-    path.write_text(yaml.safe_dump({"like": "bench", "ring_contact": own}))
-    assert load_rig(path).ring_contact.shear_stiffness == 30_000.0
+    scene = {"rig": dahl, "motor_rpm": 115.0, "integrator": "rk4"}
+    refused(Scene, words=["integrator = 'rk4'", "ring_contact.friction_law is dahl"], **scene)
+    Scene(friction="none", **scene)  # no law is asked for
+    own = "ring_contact: {source: a test, friction_law: dahl, shear_stiffness: 30000 N/m}"
+    assert load_rig(written(tmp_path / "a.yaml", f"like: bench\n{own}\n")).ring_contact.shear_stiffness == 30_000.0
 
 
-def test_value_that_the_law_does_not_read_is_said(rig):
+def test_values_that_a_law_does_not_read_are_listed(rig):
     dahl = rig.changed(**DAHL)
     assert {"ring_contact.transition_velocity", "ring_contact.friction_dynamic"} <= set(dahl.without_effect)
     assert "ring_contact.shear_stiffness" in dahl.changed(ring_contact__friction_law="regularised").without_effect
@@ -147,7 +135,5 @@ def test_value_that_the_law_does_not_read_is_said(rig):
 
 def test_shear_stiffness_limits_the_step(rig):
     scene = Scene(rig.changed(**(DAHL | {"ring_contact__shear_stiffness": 1e9})), 115.0, ring_radius=0.308)
-    limits = step_limits(scene.model_of_step(1e-5), 3000.0)
-    # a link on a spring of that stiffness: 2 sqrt(m / k)
-    mass = rig.chain.link_mass
-    assert limits["shear stiffness of the ring contact"] == pytest.approx(2 * np.sqrt(mass / 1e9), rel=1e-12)
+    limit = step_limits(scene.model_of_step(1e-5), 3000.0)["shear stiffness of the ring contact"]
+    assert limit == pytest.approx(2 * np.sqrt(rig.chain.link_mass / 1e9), rel=1e-12)  # a link on such a spring

@@ -28,27 +28,26 @@ def loop(request, driven_loop):
     return model, state, work
 
 
-def test_loads_on_bodies_are_those_of_the_contact_list(loop):
-    """Force and moment about the mass centre of every body are the sums over its contacts, to rounding."""
+def still(state, wheel_rate, velocity=0.0):
+    state.rate[:], state.wheel_rate[:], state.pin[2:] = 0.0, wheel_rate, velocity
+
+
+def test_loads_on_bodies_are_the_sums_over_their_contacts(loop):
     _, _, work = loop
     touched = ContactList(work)
-    force, moment = np.zeros((len(work.force_x), 2)), np.zeros(len(work.force_x))
+    loads = np.zeros((len(work.force_x), 3))
     each = touched.normal + touched.friction
-    np.add.at(force, touched.body, each)
-    np.add.at(moment, touched.body, touched.arm[:, 0] * each[:, 1] - touched.arm[:, 1] * each[:, 0])
-    size = np.abs(force).max()
-    assert size > 100.0  # N
-    np.testing.assert_allclose(work.force_x, force[:, 0], rtol=1e-9, atol=1e-9 * size)
-    np.testing.assert_allclose(work.force_y, force[:, 1], rtol=1e-9, atol=1e-9 * size)
-    np.testing.assert_allclose(work.moment, moment, rtol=1e-9, atol=1e-9 * np.abs(moment).max())
+    moment = touched.arm[:, 0] * each[:, 1] - touched.arm[:, 1] * each[:, 0]  # about the mass centre
+    np.add.at(loads, touched.body, np.column_stack([each, moment]))
+    assert np.abs(loads[:, :2]).max() > 100.0  # N
+    for load, expected in zip((work.force_x, work.force_y, work.moment), loads.T, strict=True):
+        np.testing.assert_allclose(load, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     """The slip of a link at rest is the velocity of the wheel's surface, omega x r at the contact point."""
     model, state, work = loop
-    state.rate[:] = 0.0
-    state.pin[2:] = 0.0
-    state.wheel_rate[:] = -2.0, -0.3, 1.5
+    still(state, (-2.0, -0.3, 1.5))
     refresh(model, state, work)
     for wheel in range(3):
         law, rate, touched = wheel_law(model.wheels, wheel), state.wheel_rate[wheel], ContactList(work, wheel)
@@ -64,10 +63,8 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
 def test_normal_velocity_is_that_of_the_gap(loop):
     """A chain that moves against resting wheels meets the force of Eq. 8 with its speed."""
     model, state, work = loop
-    state.rate[:] = 0.0
-    state.wheel_rate[:] = 0.0
     velocity = np.array([0.13, -0.07])
-    state.pin[2:] = velocity
+    still(state, 0.0, velocity)
     state.wheel_impact[:] = 0.0
     refresh(model, state, work)
     touched = ContactList(work)
@@ -75,8 +72,7 @@ def test_normal_velocity_is_that_of_the_gap(loop):
     for k in links:
         body, wheel, spoke = touched.body[k], touched.wheel[k], touched.spoke[k]
         normal = touched.normal[k] / touched.force[k] if touched.force[k] else spoke / np.hypot(*spoke)
-        speed = -normal @ velocity
-        law = wheel_law(model.wheels, wheel)
+        speed, law = -normal @ velocity, wheel_law(model.wheels, wheel)
         depth = model.wheels.radius[wheel] - np.hypot(*spoke)
         factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
         expected = elastic_force(law, depth, model.wheels.radius[wheel])[0] * factor
@@ -103,9 +99,6 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
         assert -(touched.normal[k] @ offset[nearest]) == pytest.approx(touched.force[k] * radius, rel=1e-9, abs=1e-12)
 
 
-# --- the three cases of a link on a wheel
-
-
 def test_foot_is_the_nearest_point_of_the_link():
     rng = np.random.default_rng(5)
     share = np.linspace(0, 1, 2001)[:, None]
@@ -124,19 +117,15 @@ def test_foot_is_the_nearest_point_of_the_link():
 def test_contacts_are_damped_with_velocities_half_a_step_ahead(loop):
     """Half of the last step's change adds to the velocities of the bodies, and has no other effect."""
     model, state, work = loop
-    state.rate[:] = 0.0
-    state.wheel_rate[:] = 0.0
-    state.pin[2:] = 0.13, -0.07
-    memory = state.wheel_impact.copy(), state.tooth_impact.copy()
-    refresh(model, state, work)
-    moving = work.wheel_force.copy(), work.tooth_force.copy()
-    state.wheel_impact[:], state.tooth_impact[:] = memory
-    state.pin[2:] = 0.0
-    work.com_dvx[:], work.com_dvy[:] = 0.26, -0.14
-    refresh(model, state, work)
-    np.testing.assert_allclose(work.wheel_force, moving[0], rtol=1e-12)
-    np.testing.assert_allclose(work.tooth_force, moving[1], rtol=1e-12)
-    assert (moving[0] > 0).any()
+    memory, forces = (state.wheel_impact.copy(), state.tooth_impact.copy()), []
+    for velocity, change in (((0.13, -0.07), (0.0, 0.0)), (0.0, (0.26, -0.14))):
+        state.wheel_impact[:], state.tooth_impact[:] = memory
+        still(state, 0.0, velocity)
+        work.com_dvx[:], work.com_dvy[:] = change
+        refresh(model, state, work)
+        forces.append(np.append(work.wheel_force, work.tooth_force))
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-12)
+    assert (forces[0] > 0).any()
 
 
 def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
@@ -183,13 +172,13 @@ def test_a_force_of_the_teeth_slows_itself_only_while_it_grows(loop):
     """A force as large as a step ago is that of the predicted velocity; one that begins now reduces it."""
     model, state, work = loop
     memory = state.tooth_impact.copy()
-    refresh(model, state, work)
-    ahead = work.tooth_force.copy()
-    yielding = model._replace(tooth=model.tooth._replace(mobility=0.2))
-    state.tooth_impact[:], work.tooth_before[:] = memory, ahead
-    refresh(yielding, state, work)
-    np.testing.assert_allclose(work.tooth_force, ahead, rtol=1e-12)
-    state.tooth_impact[:], work.tooth_before[:] = memory, 0.0
-    refresh(yielding, state, work)
-    touched = ahead > 0
-    assert (work.tooth_force[touched] < ahead[touched]).all() and (work.tooth_force[touched] > 0).any()
+
+    def pushed(mobility, before):
+        state.tooth_impact[:], work.tooth_before[:] = memory, before
+        refresh(model._replace(tooth=model.tooth._replace(mobility=mobility)), state, work)
+        return work.tooth_force.copy()
+
+    ahead = pushed(0.0, 0.0)
+    np.testing.assert_allclose(pushed(0.2, ahead), ahead, rtol=1e-12)
+    begun, touched = pushed(0.2, 0.0), ahead > 0
+    assert (begun[touched] < ahead[touched]).all() and (begun[touched] > 0).any()

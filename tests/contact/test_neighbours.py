@@ -16,21 +16,18 @@ def distances(loop):
     shoes = model.shoes
     height = 0.0 if space is None else state.plane.motion[OFFSET]
 
-    def places(body, along):
+    def from_wheel(wheel, body, along):
         x = work.pin_x[body] + along * np.cos(state.angle[body])
         y = work.pin_y[body] + along * np.sin(state.angle[body])
-        return np.column_stack([x, y, np.full(len(x), height)])
-
-    def from_wheel(points, wheel):
         if space is None:
-            return points[:, :2] - [model.wheels.x[wheel], model.wheels.y[wheel]]
+            return np.column_stack([x - model.wheels.x[wheel], y - model.wheels.y[wheel]])
+        points = np.column_stack([x, y, np.full(len(x), height)])
         return (points @ space.relative[wheel].T - model.space.centre[wheel])[:, :2]
 
-    arcs = np.hypot(*from_wheel(places(shoes.arc_body, shoes.arc_x), SPROCKET).T)
+    arcs = np.hypot(*from_wheel(SPROCKET, shoes.arc_body, shoes.arc_x).T)
     links = np.empty(work.wheel_force.shape)
     for wheel in range(links.shape[1]):
-        a = from_wheel(places(shoes.link_body, shoes.link_start), wheel)
-        b = from_wheel(places(shoes.link_body, shoes.link_end), wheel)
+        a, b = (from_wheel(wheel, shoes.link_body, end) for end in (shoes.link_start, shoes.link_end))
         along = np.clip(-np.sum(a * (b - a), axis=1) / np.sum((b - a) ** 2, axis=1), 0, 1)
         links[:, wheel] = np.hypot(*(a + along[:, None] * (b - a)).T)
     return arcs, links
@@ -66,5 +63,4 @@ def test_no_contact_is_missed(make_scene, fields):
         except TrackdynError:
             break  # 10,000 rev/min tears the loop off its wheels in the end
         left_out, count = missed(loop)
-        assert left_out == 0
-        assert count > 10
+        assert left_out == 0 and count > 10

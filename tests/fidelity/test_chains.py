@@ -10,40 +10,28 @@ from trackdyn.scene.build import build_chain, build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
 
-# --- single pin
-
 
 def ring_of_teeth(rig, kind):
-    """Arcs (13, 2, 2) and ends of the links (13, 2, 2) of a chain of 13 pitches around the sprocket at equal pitch.
+    """Arcs (13, 2) and both ends of the links (26,) of a chain of 13 pitches around the sprocket, complex.
 
-    By geometry: the middle lines of the links touch the circle of the equal pitch (plus half
-    a link), the bodies are laid one behind the other, clockwise.
+    The middle lines of the links touch the circle of the equal pitch plus half a link; bodies are laid clockwise.
     """
     teeth = rig.sprocket.teeth
     chain, shoes = build_chain(rig, kind), build_shoes(rig, kind)
     middle = rig.sprocket.equal_pitch_radius + rig.chain.link_thickness / 2
     bodies = teeth * (1 if kind == "single_pin" else 2)
-    link_turn = 2 * np.arctan(rig.chain.link_length / 2 / middle)
-    start, angle = [], []
-    for k in range(teeth):
-        heading = -2 * np.pi * k / teeth
-        foot = middle * np.array([-np.sin(heading), np.cos(heading)])
-        along = np.array([np.cos(heading), np.sin(heading)])
-        start.append(foot - chain.length[0] / 2 * along)
-        angle.append(heading)
-        if kind == "double_pin":  # the connector's chord, from the link's end to the next link's begin
-            start.append(foot + chain.length[0] / 2 * along)
-            angle.append(heading - np.pi / teeth)
-    assert link_turn < 2 * np.pi / teeth
-    start, angle = np.array(start), np.array(angle)
-    along = np.column_stack([np.cos(angle), np.sin(angle)])
-    ends = start + chain.length[:bodies, None] * along
-    np.testing.assert_allclose(ends, np.roll(start, -1, axis=0), rtol=0, atol=1e-12)
-    arc_body = shoes.arc_body[: 2 * teeth] % bodies  # the last pitch meets the first one
-    arcs = start[arc_body] + shoes.arc_x[: 2 * teeth, None] * along[arc_body]
-    link = shoes.link_body[:teeth]
-    sides = [start[link] + x[:teeth, None] * along[link] for x in (shoes.link_start, shoes.link_end)]
-    return arcs.reshape(teeth, 2, 2), np.stack(sides, axis=1)
+    along = np.exp(-2j * np.pi * np.arange(bodies) / bodies)
+    start = (1j * middle - chain.length[0] / 2) * along
+    if kind == "double_pin":  # the connector's chord, from the link's end to the next link's begin
+        start[1::2] = (1j * middle + chain.length[0] / 2) * along[::2]
+    np.testing.assert_allclose(start + chain.length[:bodies] * along, np.roll(start, -1), rtol=0, atol=1e-12)
+
+    def places(body, at):
+        body = body % bodies  # the last pitch meets the first one
+        return start[body] + at * along[body]
+
+    links = [places(shoes.link_body[:teeth], x[:teeth]) for x in (shoes.link_start, shoes.link_end)]
+    return places(shoes.arc_body[: 2 * teeth], shoes.arc_x[: 2 * teeth]).reshape(teeth, 2), np.concatenate(links)
 
 
 def test_arcs_and_links_stand_where_those_of_the_double_pin_chain_do(rig):
@@ -51,8 +39,8 @@ def test_arcs_and_links_stand_where_those_of_the_double_pin_chain_do(rig):
     np.testing.assert_allclose(arcs, expected_arcs, rtol=0, atol=1e-12)
     np.testing.assert_allclose(links, expected_links, rtol=0, atol=1e-12)
     # left arc first along the run, on the pin circle
-    np.testing.assert_allclose(np.hypot(*arcs.reshape(-1, 2).T), rig.pin_circle, rtol=0, atol=1e-12)
-    assert np.hypot(*(arcs[:, 1] - arcs[:, 0]).T) == pytest.approx(rig.connector_length, abs=1e-12)
+    np.testing.assert_allclose(np.abs(arcs), rig.pin_circle, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(arcs[:, 1] - arcs[:, 0]), rig.connector_length, rtol=0, atol=1e-12)
 
 
 def test_sensor_sits_at_the_same_place_of_its_link(rig):
@@ -68,14 +56,10 @@ def test_sensor_sits_at_the_same_place_of_its_link(rig):
 
 
 def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
-    """Mass and moment of inertia composed by Steiner's theorem."""
     single, double = build_chain(rig, "single_pin"), build_chain(rig, "double_pin")
-    n = rig.chain.pitches
-    assert len(single.length) == n == 35 and len(double.length) == 2 * n
+    assert len(single.length) == 35 and len(double.length) == 70
     assert single.mass.sum() == pytest.approx(double.mass.sum(), rel=1e-14)
-    np.testing.assert_array_equal(single.com_x, single.length / 2)
-    np.testing.assert_array_equal(single.com_y, 0.0)
-
+    assert (single.com_x == single.length / 2).all() and not single.com_y.any()
     c, b, half_mass = rig.chain, rig.connector_length, rig.chain.connector_mass / 2
     # a connector cut in the middle: both halves at b / 4 from the cut have the connector's inertia together
     half_inertia = c.connector_inertia / 2 - half_mass * (b / 4) ** 2
@@ -101,23 +85,16 @@ def test_its_bushings_are_two_in_series(rig):
     assert abs(torque["single_pin"][0]) > 0.5  # N m
 
 
-# --- belt
-
-
 def test_sensor_of_a_belt_is_the_second_difference_of_its_place(rig):
     """Apart from the ends of the arcs; the sensor is off the middle of its link, the record a little over a turn."""
     rig = rig.changed(sensor__x=0.07)
     recording = simulate(Scene(rig, 150.0, chain="belt", ring_radius=None, contact_log=False, duration=6.5))
     assert recording.gap.max() == 0.0 and len(recording.contact_log) == 0
-    angle = np.unwrap(recording.raw[:, 0, 2])
-    dx, dy = 0.07 - rig.chain.link_length / 2, rig.first_sensor.y
-    c, s = np.cos(angle), np.sin(angle)
-    position = recording.link_position + np.column_stack([c * dx - s * dy, s * dx + c * dy])
-    second = (position[2:] - 2 * position[1:-1] + position[:-2]) * rig.rate**2
-    c, s = c[1:-1], s[1:-1]
-    local = np.column_stack([c * second[:, 0] + s * second[:, 1], c * second[:, 1] - s * second[:, 0]])
-    raw = recording.raw[:, 0, :2]
-    smooth = (np.abs(raw[2:] - raw[1:-1]).max(axis=1) == 0) & (np.abs(raw[1:-1] - raw[:-2]).max(axis=1) == 0)
+    turn = np.exp(1j * recording.raw[:, 0, 2])
+    position = recording.link_position @ [1, 1j] + turn * (0.07 - rig.chain.link_length / 2 + 1j * rig.first_sensor.y)
+    local = np.diff(position, 2) * rig.rate**2 / turn[1:-1]
+    raw = recording.raw[:, 0, :2] @ [1, 1j]
+    smooth = (raw[2:] == raw[1:-1]) & (raw[1:-1] == raw[:-2])
     assert smooth.mean() > 0.99
     # the fourth derivative: (omega h)^2 / 12 of 3 m/s2, omega 3 1/s and h 1e-3 s; rounding 2e-16 / h^2
     np.testing.assert_allclose(local[smooth], raw[1:-1][smooth], rtol=0, atol=1e-5)

@@ -4,10 +4,8 @@ import sys
 
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from tests.conftest import BELT, RIG, refused
-from trackdyn.commands.cli import app
+from tests.conftest import BELT, RIG, refused, run_command
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS
@@ -21,7 +19,6 @@ TOE = {"idler__toe": 0.5}
 
 @pytest.fixture
 def refusal(rig):
-    """Return a function for the message of a scene that must be refused."""
     return lambda changes=(), **fields: refused(lambda: Scene(rig.changed(**dict(changes)), 115.0, **fields))
 
 
@@ -58,9 +55,6 @@ def test_an_entry_that_is_added_from_outside_is_a_setting(rig, refusal, monkeypa
     assert "did you mean" not in refusal(**fields)
 
 
-# --- decisions
-
-
 @pytest.mark.parametrize("wheel", ["sprocket", "idler", "road_wheel"])
 @pytest.mark.parametrize(("field", "value"), [("toe", 0.5), ("camber", -0.1), ("axial_offset", 1e-3)])
 def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, field, value):
@@ -68,9 +62,6 @@ def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, 
     space, reason = scene.fidelity["space"]
     assert (scene.space, space, scene.fidelity["friction"].setting) == ("auto", "spatial", "independent")
     assert f"{wheel}.{field} = {value:g}" in reason
-
-
-# --- presets and provenance
 
 
 def test_a_scene_of_another_rig_follows_it_except_in_its_own_fields():
@@ -85,18 +76,15 @@ def test_a_scene_of_another_rig_follows_it_except_in_its_own_fields():
 
 
 @pytest.mark.parametrize("name", ["paper", "m113"])
-@pytest.mark.parametrize("ring", ["of the rig", "none"])
-@pytest.mark.parametrize("preset_name", [None, "fast"])
-def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monkeypatch, tmp_path):
-    rig = load_rig(name)
-    fields = ({} if ring == "of the rig" else {"ring_radius": None}) | ({"preset": preset_name} if preset_name else {})
-    expected = Scene(rig, 90.0, **fields).time_step
-    cells = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
-    (row,) = requested_rows(pd.DataFrame(cells | ({"preset": [preset_name]} if preset_name else {})))
+@pytest.mark.parametrize("ring", [{}, {"ring_radius": "none"}])
+@pytest.mark.parametrize("preset", [{}, {"preset": "fast"}])
+def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset, monkeypatch, tmp_path):
+    cells = ring | preset
+    expected = Scene(load_rig(name), 90.0, **cells | dict.fromkeys(ring)).time_step
+    (row,) = requested_rows(pd.DataFrame([cells | {"motor_rpm": 90.0, "rig": name}]))
     assert Scene(Rig.model_validate(row.task["rig"]), **row.task["scene"]).time_step == expected
     scenes = []
     monkeypatch.setattr(simulation, "simulate", lambda scene, **_: scenes.append(scene) or sys.exit(3))
-    words = [] if ring == "of the rig" else ["--ring-radius", "none"]
-    words += ["--preset", preset_name] if preset_name else []
-    CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
+    words = [word for key, value in cells.items() for word in (f"--{key.replace('_', '-')}", value)]
+    run_command("simulate", tmp_path / "r.npz", "--rig", name, "--rpm", "90", "-q", *words)
     assert [scene.time_step for scene in scenes] == [expected]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
@@ -19,13 +19,12 @@ def test_a_step_divides_the_sample_interval_and_is_within_its_limit(rate, limit)
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
-@pytest.mark.parametrize("ring", [None, "own"])
-def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, ring):
+@pytest.mark.parametrize("fields", [{}, {"ring_radius": None}])
+def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, fields):
     rig = load_rig(name)
-    scene = Scene(rig, 115.0, rig.ring_radius if ring else None)
+    scene = Scene(rig, 115.0, **fields)
     assert scene.step is None and scene.model.step == scene.time_step
     assert scene.model.stride * scene.time_step == pytest.approx(1 / rig.rate)
     chosen = scene.with_(step=scene.time_step)
     assert chosen.step == chosen.time_step == scene.time_step and chosen.with_(step=None) == scene
-    with pytest.raises(InputError, match="too large for the"):
-        scene.with_(step=1 / rig.rate, motor_rpm=3000.0)
+    refused(scene.with_, step=1 / rig.rate, motor_rpm=3000.0, match="too large for the")

@@ -9,7 +9,6 @@ from trackdyn.simulation.belt import belt_recording
 
 @pytest.fixture(scope="module")
 def belt_file(rig, tmp_path_factory):
-    """Return a recording of half a second without any force."""
     path = tmp_path_factory.mktemp("belt") / "short.npz"
     belt_recording(Scene(rig, 115.0, **BELT, duration=0.5)).save(path)
     return path
@@ -17,7 +16,6 @@ def belt_file(rig, tmp_path_factory):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch, belt_file):
-    """Return a working directory with arguments of commands."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.npz").mkdir()
     (tmp_path / "short.npz").write_bytes(belt_file.read_bytes())

@@ -96,7 +96,6 @@ def mangled(draw, content):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with a rig, a short recording and measured data."""
     folder = tmp_path_factory.mktemp("fuzz")
     shutil.copy(RIG, folder / "rig.yaml")
     belt_recording(Scene(load_rig(RIG), 115.0, **BELT, duration=0.05)).save(folder / "belt.npz")
@@ -183,8 +182,6 @@ words = st.one_of(st.sampled_from(WORDS), st.text(st.characters(codec="utf-8", e
 @FUZZ
 @given(arguments=st.lists(words, max_size=8))
 def test_commands(folder, arguments):
-    """Nothing is simulated: `simulate` stops."""
-
     def accepted(*_, **__):
         raise TrackdynError("accepted")
 

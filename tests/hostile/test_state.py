@@ -5,17 +5,13 @@ import threading
 import numpy as np
 import pytest
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.simulation.loop_arrays import flatten
 
 
-@pytest.fixture
-def loop(driven_loop):
-    return driven_loop()
-
-
-def test_arrays_of_a_loop_are_read_only(loop):
+def test_arrays_of_a_loop_are_read_only(driven_loop):
     """Kernels look up places unchecked: every array that a loop shows."""
+    loop = driven_loop()
     for name in ("model", "state", "work"):
         for array in flatten(getattr(loop, name)).values():
             if array.ndim and array.size:
@@ -25,8 +21,8 @@ def test_arrays_of_a_loop_are_read_only(loop):
             setattr(loop, name, getattr(loop, name))
 
 
-def test_a_second_thread_is_refused_and_the_first_one_goes_on(loop):
-    undisturbed, inside, go_on = loop.copy(), threading.Event(), threading.Event()
+def test_a_second_thread_is_refused_and_the_first_one_goes_on(driven_loop):
+    loop, undisturbed, inside, go_on = driven_loop(), driven_loop(), threading.Event(), threading.Event()
 
     def tick(seconds):
         inside.set()
@@ -36,8 +32,7 @@ def test_a_second_thread_is_refused_and_the_first_one_goes_on(loop):
     first.start()
     assert inside.wait(60)
     for call in (loop.step, lambda: loop.advance(0.1), lambda: loop.record(0.1)):
-        with pytest.raises(InputError, match="another thread steps this loop; give each thread a copy"):
-            call()
+        refused(call, match="another thread steps this loop; give each thread a copy")
     go_on.set()
     first.join(60)
     undisturbed.advance(0.6)

@@ -12,17 +12,16 @@ STEP = 1e-4
 
 @pytest.fixture(scope="module")
 def logged(make_scene):
-    loop = Loop(make_scene(115.0, ring_radius=None))
-    loop.arrays.work.candidates.count[2] = 1  # every arc is looked at
-    loop.arrays.work.tooth_force[:] = 0.0
-    loop.arrays.work.wheel_force[:] = 0.0
+    """Function that logs the interval of an arc with these forces from step to step."""
+    _, state, work, _ = Loop(make_scene(115.0, ring_radius=None)).arrays
+    work.candidates.count[2] = 1  # every arc is looked at
+    work.tooth_force[:], work.wheel_force[:] = 0.0, 0.0
 
     def log(forces):
-        """Return the interval of an arc with these forces from step to step."""
-        contact_log = make_record(1, loop.state, 1, log_rows=4).contact_log
+        contact_log = make_record(1, state, 1, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
-            loop.arrays.work.tooth_force[4] = force
-            log_contacts(contact_log, loop.arrays.state, loop.arrays.work, 2.0 + k * STEP, STEP)
+            work.tooth_force[4] = force
+            log_contacts(contact_log, state, work, 2.0 + k * STEP, STEP)
         assert contact_log.count[0] == 1
         return contact_log.rows[0]
 

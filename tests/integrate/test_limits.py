@@ -14,29 +14,21 @@ from trackdyn.scene.step import FRICTION_LEEWAY, elastic_depth, step_limits
 RK4 = METHODS["rk4"]
 
 
-def limits(of, integrator):
-    """Return limits of a scene or a loop at the pre-tension of its rig."""
-    rig = getattr(of, "scene", of).rig
-    return step_limits(of.model, rig.tension.pre_tension, METHODS[integrator])
-
-
 def test_reach_is_the_edge_of_the_stability_region():
-    """Growth factor of RK4 on an oscillation and on a decay: 1 at its reach."""
-
-    def growth(z):
-        return abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)
-
-    oscillation, decay = RK4.oscillation, RK4.decay
-    assert oscillation == pytest.approx(np.sqrt(8), abs=0.01)
-    # rounded down to two decimals: just inside, and outside a hundredth further
-    for inside, outside in ((1j * oscillation, 1j * (oscillation + 0.01)), (-decay, -decay - 0.01)):
-        assert growth(inside) <= 1 < growth(outside)
+    """Growth factor of RK4 on an oscillation and on a decay: 1 at its reach, rounded down to two decimals."""
+    assert RK4.oscillation == pytest.approx(np.sqrt(8), abs=0.01)
+    for direction, reach in ((1j, RK4.oscillation), (-1, RK4.decay)):
+        inside, outside = (abs(np.polyval([1 / 24, 1 / 6, 1 / 2, 1, 1], direction * z)) for z in (reach, reach + 0.01))
+        assert inside <= 1 < outside
 
 
 @pytest.mark.parametrize("ring", [0.308, None])
 def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     scene = make_scene(ring_radius=ring)
-    euler, rk4 = limits(scene, "semi_implicit"), limits(scene, "rk4")
+    euler, rk4 = (
+        step_limits(scene.model, scene.rig.tension.pre_tension, METHODS[integrator])
+        for integrator in ("semi_implicit", "rk4")
+    )
     # of accuracy, where a method has one
     euler, rk4 = ({name: h for name, h in bounds.items() if "turn" not in name} for bounds in (euler, rk4))
     # stiffness and friction of the teeth and of every wheel, and the bushing
@@ -48,12 +40,6 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
         assert rk4[name] / limit == pytest.approx(reach / 2.0, rel=1e-12)
     # semi-implicit Euler takes it at the end of the step
     assert set(rk4) - set(euler) == {"damping of the bushing"}
-
-
-def resting_loop(rig, pitches, closure="rigid", chain="double_pin", **changes):
-    small = rig.changed(chain__pitches=pitches, sensor__pitch=1, gravity=0.0, **changes)
-    scene = Scene(small, 0.0, ring_radius=None, integrator="rk4", closure=closure, chain=chain, step=1e-6)
-    return spinning_loop(scene)
 
 
 def grows(start, step, steps=120):
@@ -69,37 +55,30 @@ def grows(start, step, steps=120):
     return not np.abs(loop.state.rate).max() < 0.3
 
 
-def measured(start, guess):
-    """Return the largest stable step, by bisection within a decade around ``guess``."""
-    low, high = guess / 5, guess * 5
-    assert not grows(start, low) and grows(start, high)
-    for _ in range(7):  # to 4 %
-        middle = np.sqrt(low * high)
-        low, high = (low, middle) if grows(start, middle) else (middle, high)
-    return low
-
-
-NO_SPRING = {"bushing__stiffness": 0.0, "bushing__damping": 12.4}
-CUT = {"closure": "elastic_damping", "bushing__stiffness": 0.0, "bushing__damping": 0.1}
-
-
+CUT = {"closure": "elastic_damping"}
 CAUSES = [
-    (5, NO_SPRING, "damping of the bushing"),
-    (35, NO_SPRING, "damping of the bushing"),
-    (35, NO_SPRING | {"chain": "single_pin"}, "damping of the bushing"),
-    (5, CUT | {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
-    (5, CUT | {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
+    (5, 12.4, {}, {}, "damping of the bushing"),
+    (35, 12.4, {}, {}, "damping of the bushing"),
+    (35, 12.4, {"chain": "single_pin"}, {}, "damping of the bushing"),
+    (5, 0.1, CUT, {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
+    (5, 0.1, CUT, {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
 ]
 
 
-@pytest.mark.parametrize(("pitches", "fields", "cause"), CAUSES)
-def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, fields, cause):
+@pytest.mark.parametrize(("pitches", "damping", "fields", "changes", "cause"), CAUSES)
+def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, damping, fields, changes, cause):
     """The zigzag of a straight strand decays fastest, in a small round loop slower by a seventh."""
-    loop = resting_loop(rig, pitches, **fields)
-    bounds = limits(loop, "rk4")
+    changes = changes | {"chain__pitches": pitches, "bushing__stiffness": 0.0, "bushing__damping": damping}
+    small = rig.changed(sensor__pitch=1, gravity=0.0, **changes)
+    loop = spinning_loop(Scene(small, 0.0, ring_radius=None, integrator="rk4", step=1e-6, **fields))
+    bounds = step_limits(loop.model, rig.tension.pre_tension, RK4)
     assert min(bounds, key=bounds.get) == cause
-    ratio = measured(loop, bounds[cause]) / bounds[cause]
-    assert (0.95 if fields["bushing__damping"] > 1 else 0.9) < ratio < 1.4
+    low, high = bounds[cause] / 5, bounds[cause] * 5
+    assert not grows(loop, low) and grows(loop, high)
+    for _ in range(7):  # to 4 %
+        middle = np.sqrt(low * high)
+        low, high = (low, middle) if grows(loop, middle) else (middle, high)
+    assert (0.95 if damping > 1 else 0.9) < low / bounds[cause] < 1.4
 
 
 @pytest.mark.parametrize("stiffness", [1e12, 1e8, 1.0, 1e-200])

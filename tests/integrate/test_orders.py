@@ -17,30 +17,6 @@ SECONDS = 0.2
 LOSS = ENERGY_NAMES[BUSHING_LOSS]
 
 
-def make_loop(rig, law):
-    """A spinning loop of few bodies; bushings so soft that no method is near its limit."""
-    changes = {"gravity": 9.81, "bushing__stiffness": 20.0, "bushing__damping": 0.05, "bushing__law": law}
-    small = rig.changed(chain__pitches=PITCHES, sensor__pitch=1, bushing__free_angle=-0.5, **changes)
-    # without contact: kernels of the default laws
-    drag = "rolling" if law == "hysteretic" else "viscous"
-    loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=2e-5, drag=drag))
-    # a few modes more than the spin: rates that keep the loop closed
-    extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.state.angle))
-    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.state.angle, extra)
-    loop.arrays.state.pin[2:] += [0.3, 0.8]
-    return loop
-
-
-def march_on(loop, integrator, step):
-    """Return the loop after `SECONDS` in steps that a scene may refuse."""
-    after = loop.copy()
-    parts = after.arrays
-    optional = make_optional(parts.model, METHODS[integrator])
-    after.arrays = parts._replace(model=parts.model._replace(step=step), optional=optional)
-    after.step(round(SECONDS / step))
-    return after
-
-
 def packed(loop):
     state = loop.state
     return np.concatenate([state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), [loop.energy[LOSS]]])
@@ -71,28 +47,35 @@ def derivative(model):
 
 @pytest.fixture(scope="module", params=["viscous", "hysteretic"])
 def loop(rig, request):
-    """Return the loop with either law of the bushings, and its motion to twelve digits."""
-    loop = make_loop(rig, request.param)
+    """Return a loop with bushings so soft that no method is near its limit, and its motion to twelve digits."""
+    law = request.param
+    changes = {"gravity": 9.81, "bushing__stiffness": 20.0, "bushing__damping": 0.05, "bushing__law": law}
+    small = rig.changed(chain__pitches=PITCHES, sensor__pitch=1, bushing__free_angle=-0.5, **changes)
+    # without contact: kernels of the default laws
+    drag = "rolling" if law == "hysteretic" else "viscous"
+    loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=2e-5, drag=drag))
+    # a few modes more than the spin: rates that keep the loop closed
+    extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.state.angle))
+    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.state.angle, extra)
+    loop.arrays.state.pin[2:] += [0.3, 0.8]
     rates, tolerances = derivative(loop.arrays.model), {"rtol": 1e-13, "atol": 1e-13}
     exact = solve_ivp(rates, (0.0, SECONDS), packed(loop), method="DOP853", **tolerances)
     assert exact.success
     return loop, exact.y[:, -1]
 
 
-def steps(integrator):
-    """Return two steps (s) with errors above rounding and below the next order."""
-    return (5e-5, 2.5e-5) if METHODS[integrator].order == 1 else (1e-3, 5e-4)
-
-
 @pytest.mark.parametrize("integrator", METHODS)
 def test_error_falls_with_the_declared_order(loop, integrator):
     """Against the motion by another method, with the loss of the bushings; RK4 leaves the square of a step's gap."""
-    (start, exact), lengths, errors = loop, steps(integrator), []
+    (start, exact), method, errors = loop, METHODS[integrator], []
+    lengths = (5e-5, 2.5e-5) if method.order == 1 else (1e-3, 5e-4)  # above rounding, and below the next order
     for h in lengths:
-        after = march_on(start, integrator, h)
+        after, model = start.copy(), start.arrays.model._replace(step=h)
+        after.arrays = after.arrays._replace(model=model, optional=make_optional(model, method))
+        after.step(round(SECONDS / h))
         errors.append(np.abs(packed(after) - exact).max())
         side = after.model.chain.length * np.array([np.cos(after.state.angle), np.sin(after.state.angle)])
         assert np.hypot(*side.sum(axis=1)) < 1.1e-10
     assert errors[1] > 1e-11  # above the error of the reference
     order = np.log(errors[0] / errors[1]) / np.log(lengths[0] / lengths[1])
-    assert order == pytest.approx(METHODS[integrator].order, abs=0.2)
+    assert order == pytest.approx(method.order, abs=0.2)

@@ -5,7 +5,7 @@ from math import asin, cos, degrees, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radii, true_depth
 from trackdyn.rig.sections import GrooveParameters
 
@@ -27,23 +27,17 @@ def groove(request, rig):
     return rig.groove_profile if request.param == "shipped" else wide()
 
 
-def free_side(groove, area, point):
-    """Return the unit normal at a point of an area, out of the steel."""
-    outward = (point - groove.centre[area - 1]) / groove.radius[area - 1]
-    return outward if groove.convex[area - 1] else -outward
-
-
-@pytest.mark.parametrize("area", range(1, 10))
-def test_neighbouring_arcs_meet_with_a_common_tangent(groove, area):
-    end, start = groove.arc(area)[-1], groove.arc(area + 1)[0]
-    np.testing.assert_allclose(end, start, rtol=0, atol=EXACT)
-    np.testing.assert_allclose(free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT)
+def test_neighbouring_arcs_meet_with_a_common_tangent(groove):
+    ends, starts = (np.array([groove.arc(area)[k] for area in range(1, 11)]) for k in (-1, 0))
+    out_of_steel = np.where(groove.convex, 1, -1) / groove.radius
+    last, first = ((points - groove.centre) * out_of_steel[:, None] for points in (ends, starts))
+    np.testing.assert_allclose(ends[:-1], starts[1:], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(last[:-1], first[1:], rtol=0, atol=EXACT)
 
 
 def test_table_1_is_mirror_symmetric(groove):
-    mirror = np.array([-1.0, 1.0])
     for points in (groove.centre, groove.direction):
-        np.testing.assert_array_equal(points[::-1], points * mirror)
+        np.testing.assert_array_equal(points[::-1], points * [-1, 1])
     for numbers in (groove.radius, groove.half_angle):
         np.testing.assert_array_equal(numbers[::-1], numbers)
     assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
@@ -139,8 +133,7 @@ NOT_TANGENT = [
 
 @pytest.mark.parametrize(("changed", "value", "field"), NOT_TANGENT)
 def test_groove_that_is_not_tangent_is_refused(changed, value, field):
-    with pytest.raises(InputError, match=rf"^groove\.{field} = "):
-        wide(**{changed: value})
+    refused(wide, start=f"groove.{field} = ", **{changed: value})
 
 
 def test_true_depth_is_the_signed_distance_to_the_profile(rig):

@@ -13,7 +13,6 @@ SPROCKET_RPM = 30.0
 
 
 def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
-    """A short scene with a step that the rig allows."""
     rpm = sprocket_rpm * rig.sprocket.transmission_ratio
     probe = Scene(rig, rpm, step=1e-6)
     limit = largest_step(probe.model, 1.2 * rig.tension.pre_tension)
@@ -24,7 +23,6 @@ def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
 
 @pytest.fixture(scope="session")
 def settled():
-    """Function that gives a shipped rig's loop at rest, as an own copy."""
     loops = {}
 
     def make(name):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.conftest import RIG
-from trackdyn.inputs.errors import InputError
+from tests.conftest import RIG, refused
 from trackdyn.rig.arcs import ToothProfile, groove_of_arcs
 from trackdyn.rig.rig import load_rig
 
@@ -18,10 +17,10 @@ def arcs_of(groove):
 @pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", RIG])
 @pytest.mark.parametrize("decimals", [7, 6, 5, 4])
 def test_arcs_as_print_rounds_them_are_joined(name, decimals):
-    """Radii stay as printed; the error of the contour depends on the difference of neighbouring radii.
+    """Radii stay as printed, and errors of the contour are those of the slopes of its joints.
 
-    The slope of a joint, from two rounded centres, errs by up to root 2 units of the last decimal over their distance,
-    and the end of an arc by its radius times as much. Two units are for the centres and radii themselves.
+    From two rounded centres, a slope errs by up to root 2 units of the last decimal over their distance, and the end
+    of an arc by its radius times as much. Two units are for the centres and radii themselves.
     """
     rig = load_rig(name)
     groove, arcs = rig.groove_profile, arcs_of(rig.groove_profile)
@@ -43,8 +42,7 @@ def test_arcs_that_do_not_fit_are_refused(rig):
     ):  # fmt: skip
         arcs = fitting.copy()
         arcs[row, column] += change
-        with pytest.raises(InputError, match=word):
-            groove_of_arcs(arcs, rig.sprocket.teeth)
+        refused(groove_of_arcs, arcs, rig.sprocket.teeth, match=word)
 
 
 def test_one_arc_a_groove_gets_a_tip_that_is_tangent_to_it():
@@ -53,16 +51,15 @@ def test_one_arc_a_groove_gets_a_tip_that_is_tangent_to_it():
         assert groove.convex.tolist() == [True, False, False, True]
         assert groove.profile()[:, 1].min() == pytest.approx(height - radius, abs=1e-12)
         assert np.abs([groove.arc(j, 2)[-1] - groove.arc(j + 1, 2)[0] for j in range(1, 4)]).max() < 1e-9
-    with pytest.raises(InputError, match="one row, which must be a concave arc"):
-        ToothProfile(arcs=[[0.0, 0.3, 0.089, 1]]).groove(10)
+    refused(ToothProfile(arcs=[[0.0, 0.3, 0.089, 1]]).groove, 10, match="one row, which must be a concave arc")
 
 
 def test_lengths_in_mm_are_named_by_the_size_of_the_sprocket(rig):
     arcs = (arcs_of(rig.groove_profile) * [1e3, 1e3, 1e3, 1]).tolist()
-    with pytest.raises(InputError, match=r"profile lies [23]\d\d\.?\d* m from .* in m, not in mm"):
-        rig.changed(groove=None, profile=ToothProfile(arcs=arcs))
+    words = ["profile lies ", " in m, not in mm"]
+    refused(rig.changed, groove=None, profile=ToothProfile(arcs=arcs), words=words)
 
 
 def test_arcs_that_connectors_do_not_fit_into_are_refused():
-    with pytest.raises(InputError, match=r"concave area of radius 0\.0\d+ m; it must be wider than"):
-        ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]).groove(10, 0.1)
+    narrow = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]])
+    refused(narrow.groove, 10, 0.1, match=r"concave area of radius 0\.0\d+ m; it must be wider than")

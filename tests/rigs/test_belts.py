@@ -9,11 +9,7 @@ from trackdyn.simulation.loop import Loop
 
 
 def test_a_running_loop_has_the_tension_of_a_belt():
-    """The idler's spring holds ``T - m v^2`` of both strands at any speed.
-
-    Momentum flows through a line around the idler with two strands at ``v``. Tensions are those of the joints, masses
-    and the sprocket's speed give ``m v^2``. Slow motion across and a record of some thirty pitches leave a twentieth.
-    """
+    """The spring of the idler holds ``T - m v^2`` of both strands; motion across, a short record leave a twentieth."""
     changes = {"gravity": 0.0, "bushing__stiffness": 0.0, "tension__pre_tension": 8000.0, "tension__kept": "sprung"}
     rig = load_rig("bench").changed(**changes)
     missing = {}
@@ -30,15 +26,14 @@ def test_a_running_loop_has_the_tension_of_a_belt():
             rows.append(upper + lower - spring)
         missing[rpm] = np.mean(rows)
     chain = loop.model.chain
-    speed = 150.0 / 60 * rig.sprocket.teeth * float(chain.length.sum()) / rig.chain.pitches
-    expected = 2 * float(chain.mass.sum() / chain.length.sum()) * speed**2
+    speed = 150.0 / 60 * rig.sprocket.teeth * chain.length.sum() / rig.chain.pitches
+    expected = 2 * chain.mass.sum() / chain.length.sum() * speed**2
     assert expected > 4000.0
     assert missing[150.0] == pytest.approx(expected, rel=0.05)
     assert abs(missing[4.0]) < 0.02 * expected
 
 
 def test_a_thousand_pitches_are_laid_settled_and_run():
-    """The paper's chain on two wheels 78 m apart."""
     rig = load_rig("bench").changed(gravity=0.05, chain__pitches=1000, tension__travel=0.5)
     pitch = rig.chain.link_length + rig.connector_length
     rig = rig.changed(idler__x=rig.wheels["idler"].x - (1000 - 26) * pitch / 2)

@@ -1,21 +1,13 @@
 """Ranges: rigs have their values within them, or list those outside."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
+from tests.conftest import written
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-
-RPM = 115.0
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig("parts")
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +20,9 @@ def test_every_value_that_is_fitted_has_a_range(table):
     assert len(fitted) > 10 and fitted[["low", "high"]].notna().all(axis=None)
 
 
-def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table):
+def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(table):
     """The viscous and the constant drag are those of rolling resistance at 115 rpm, wheel by wheel."""
-    loop = Loop(Scene(rig, RPM, step=1e-4))
+    loop = Loop(Scene(load_rig("parts"), 115.0, step=1e-4))
     loop.advance(1.5)
     samples = []
     for _ in range(200):
@@ -38,10 +30,9 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table)
         samples.append([loop.work.carried[1:].copy(), np.abs(loop.state.wheel_rate[1:])])
     load, rate = np.mean(samples, axis=0)
     low, high = table.loc["idler.rolling_arm", ["low", "high"]]
-    for wheel, force, turning in zip(rig.wheels.values(), load, rate, strict=True):
-        assert low <= wheel.rolling_arm <= high
-        assert low <= wheel.bearing_drag * turning / force <= high
-        assert low <= wheel.bearing_torque / force <= high
+    for wheel, force, turning in zip(loop.scene.rig.wheels.values(), load, rate, strict=True):
+        for arm in (wheel.rolling_arm, wheel.bearing_drag * turning / force, wheel.bearing_torque / force):
+            assert low <= arm <= high
 
 
 def test_the_head_of_a_rig_lists_the_values_that_no_part_can_have():
@@ -69,9 +60,8 @@ INHERITED = {
 
 @pytest.mark.parametrize(("text", "starts"), INHERITED.items())
 def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, starts):
-    children = ((child, f"like: {name}.yaml\n") for name, child in pairwise(["mine", *"abcdef"]))
-    for name, content in (("mine", f"like: bench\n{text}\n"), *children):
-        path = tmp_path / f"{name}.yaml"
-        path.write_text(content, encoding="utf-8")
-        sentences = outside_ranges(path)
+    text = f"like: bench\n{text}\n"
+    for name in "abcdefg":  # each like the one before
+        sentences = outside_ranges(written(tmp_path / f"{name}.yaml", text))
         assert len(sentences) == len(starts) and all(map(str.startswith, sentences, starts))
+        text = f"like: {name}.yaml\n"
