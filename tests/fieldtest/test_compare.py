@@ -7,15 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import butter, sosfilt
-from typer.testing import CliRunner
 
-from trackdyn.commands.cli import app
+from tests.conftest import refused, run_command
 from trackdyn.fieldtest.axes import judge_axes, require_axes
 from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
 from trackdyn.fieldtest.figures import comparison_figure
 from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
-from trackdyn.inputs.errors import InputError
 from trackdyn.measure.estimators import record_metrics
 from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, sense
@@ -26,10 +24,13 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.simulate import simulate
 
 
-def record(rate=1000.0, hz=0.253, seconds=30.0, amplitude=0.77):
-    t = np.arange(round(seconds * rate)) / rate
-    wave = amplitude * np.cos(2 * np.pi * hz * t)
-    return SensorRecord("sensor.csv", t, wave, wave, wave, rate, 0)
+def sensed(ay, ax=None, rate=1000.0, **fields):
+    """A sensor's record of these axes."""
+    return SensorRecord("sensor.csv", np.arange(len(ay)) / rate, ax, ay, None, rate, 0, **fields)
+
+
+def waved(hz=0.253, seconds=30.0, amplitude=0.77):
+    return sensed(amplitude * np.cos(2 * np.pi * hz * np.arange(round(seconds * 1000)) / 1000))
 
 
 @pytest.fixture(scope="module")
@@ -72,20 +73,19 @@ def test_a_record_of_any_rate_does_not_differ_from_its_simulation(recording, rat
     mean = np.zeros_like(recording.mean)
     mean[:, 0, 1], mean[:, 0, 2] = 9.81 * means_of(1000.0, len(mean)), np.pi / 2
     count = int(len(mean) / 1000 * rate)
-    sensor = SensorRecord("a.csv", np.arange(count) / rate, None, means_of(rate, count), None, rate, 0)
+    sensor = sensed(means_of(rate, count), rate=rate)
     table = compare_with_sensor(replace(recording, mean=mean), sensor).set_index("measure")
     assert table.sensor.rate_hz == table.simulation.rate_hz == min(rate, 1000.0)
     assert (table.difference_pct[["rms_g", "sd_g", "high_frequency_g"]].abs() < 0.1).all()
     assert table.sensor.rms_g == pytest.approx(np.sqrt(0.5 * sum(a**2 for a, *_ in waves)), rel=0.01)
 
 
-def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
-    loop_s = 1 / recording.periods.loop_hz
-    with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* at least {loop_s:.4g} s"):
-        compare_with_sensor(recording, record(seconds=3.0))
+def test_a_record_shorter_than_a_turn_or_without_a_line_is_refused_by_name(recording):
+    words = ["the record of 3 s ", f" at least {1 / recording.periods.loop_hz:.4g} s"]
+    refused(compare_with_sensor, recording, waved(seconds=3.0), start="sensor.csv: ", words=words)
     short = replace(recording, **{name: getattr(recording, name)[:3000] for name in ("time", "mean", "raw")})
-    with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* at least {loop_s:.4g} s"):
-        compare_with_sensor(short, record(), "run.npz")
+    refused(compare_with_sensor, short, waved(), "run.npz", start="run.npz: ", words=words)
+    refused(compare_with_sensor, recording, waved(amplitude=0.0), start="sensor.csv: the signal is constant")
 
 
 def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
@@ -101,22 +101,9 @@ def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
         assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * loop - 1e-3), n
 
 
-def test_a_record_that_has_no_line_is_refused_by_name(recording):
-    with pytest.raises(InputError, match=r"^sensor\.csv: the signal is constant"):
-        compare_with_sensor(recording, record(amplitude=0.0))
-
-
 @pytest.fixture(scope="module")
 def synthetic():
     return read_sensor("data/synthetic/210rpm.csv")
-
-
-def axes_of(record, **axes):
-    """The record as a mapping of its columns would have read it: ``ay="-ax"``."""
-    compared = dict.fromkeys(("ax", "ay", "az"))
-    for axis, name in axes.items():
-        compared[axis] = getattr(record, name.strip("-")) * (-1 if name.startswith("-") else 1)
-    return replace(record, **compared, columns={axis: f"{name}_g" for axis, name in axes.items()})
 
 
 @pytest.mark.parametrize(
@@ -133,43 +120,41 @@ def axes_of(record, **axes):
     ],
 )
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
-    doubt = judge_axes(recording, axes_of(synthetic, **read))
+    compared = dict.fromkeys(("ax", "ay", "az"))
+    for axis, name in read.items():
+        compared[axis] = getattr(synthetic, name.strip("-")) * (-1 if name.startswith("-") else 1)
+    sensor = replace(synthetic, **compared, columns={axis: f"{name}_g" for axis, name in read.items()})
+    doubt = judge_axes(recording, sensor)
     assert fits in doubt.sentence if fits else doubt is None, doubt
     # without a run, a belt turns through gravity as the chain does
     if fits:
-        with pytest.raises(InputError, match=re.escape(fits)):
-            require_axes(axes_of(synthetic, **read), load_rig(), 210)
+        refused(require_axes, sensor, load_rig(), 210, words=[fits])
     else:
-        require_axes(axes_of(synthetic, **read), load_rig(), 210)
-
-
-def filtered(signal, hz, order):
-    """Axes of a simulated sensor behind a high-pass filter that has settled, with noise."""
-    sections = butter(order, hz, "high", fs=1000, output="sos")
-    rng = np.random.default_rng(3)
-    return [sosfilt(sections, np.r_[x, x])[x.size :] + 0.01 * rng.normal(size=x.size) for x in (signal.ax, signal.ay)]
+        require_axes(sensor, load_rig(), 210)
 
 
 @pytest.mark.parametrize("axes", [2, 1])
 @pytest.mark.parametrize(("hz", "order"), [(0.3, 1), (0.5, 2), (12.0, 1)])
 def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, hz, order, axes):
-    signal = sense(recording)
-    ax, ay = filtered(signal, hz, order)
-    sensor = SensorRecord("sensor.csv", signal.time, ax if axes == 2 else None, ay, None, 1000.0, 0)
+    signal, rng = sense(recording), np.random.default_rng(3)
+    sections = butter(order, hz, "high", fs=1000, output="sos")
+    ax, ay = (  # behind a high-pass filter that has settled
+        sosfilt(sections, np.r_[x, x])[x.size :] + 0.01 * rng.normal(size=x.size) for x in (signal.ax, signal.ay)
+    )
+    sensor = sensed(ay, ax if axes == 2 else None)
     sentence = judge_axes(recording, sensor).sentence
     assert "gravity is missing" in sentence and "AC-coupled" in sentence and "check its column" not in sentence
     table = compare_with_sensor(recording, sensor)
     assert list(table.measure) == ["rate_hz", "clipped", "high_frequency_g"]
     assert abs(table.difference_pct[2]) < 10 and "content from 20 Hz on" in in_words(table)
     assert other_speed(recording, sensor, table) is None
-    with pytest.raises(InputError, match="gravity is missing"):
-        require_axes(sensor, load_rig(), 210)
+    refused(require_axes, sensor, load_rig(), 210, match="gravity is missing")
 
 
 @pytest.mark.parametrize("shift", [0.4, -0.5, 7.5])
 def test_a_zero_that_is_not_0_is_named(recording, shift):
     signal = sense(recording)
-    sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + shift, None, 1000.0, 0)
+    sensor = sensed(signal.ay + shift, signal.ax)
     for zero, factor in ((0.0, 1.0), (100.0, 1 / 68)):
         sentence = judge_axes(recording, replace(sensor, scales={"ay": (zero, factor)})).sentence
         named = float(sentence.partition("zero: {ay: ")[2].strip("}`"))
@@ -189,9 +174,9 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
 def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, words):
     signal, (c, s) = sense(recording), (np.cos(np.radians(angle)), np.sin(np.radians(angle)))
     ax, ay = size * (c * signal.ax - s * signal.ay), size * (c * signal.ay + s * signal.ax)
-    sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
-    assert re.search(words, judge_axes(recording, sensor).sentence)
-    assert re.search(words, judge_axes(recording, sensor.averaged(125.0)).sentence)  # 125 Hz
+    sensor = sensed(ay, ax, scales={"ay": (0.0, 1 / 8192)})
+    for at_its_rate in (sensor, sensor.averaged(125.0)):
+        assert re.search(words, judge_axes(recording, at_its_rate).sentence)
     if angle:
         table = pd.DataFrame({"t_s": signal.time, "ax_g": ax / size, "ay_g": ay / size})
         for turn in (angle, f"{angle}deg", f"{angle} deg"):
@@ -200,23 +185,21 @@ def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, wor
         assert judge_axes(recording, record) is None
         half = judge_axes(recording, read_sensor(table, load_mapping(turn=angle - 20)))
         assert f"`turn: {angle}deg`" in half.sentence
-        with pytest.raises(InputError, match=r"ax must be read, too; name its column"):
-            read_sensor(table[["t_s", "ay_g"]], load_mapping(turn=angle))
+        words = ["ax must be read, too; name its column"]
+        refused(read_sensor, table[["t_s", "ay_g"]], load_mapping(turn=angle), words=words)
 
 
 def test_the_size_of_the_acceleration_is_no_axis(recording):
     signal = sense(recording)
-    sensor = SensorRecord("a.csv", signal.time, signal.ax, np.hypot(signal.ax, signal.ay), None, 1000.0, 0)
-    assert "never below 0, as the size of the acceleration" in judge_axes(recording, sensor).sentence
-    offset = replace(sensor, ay=signal.ay + 20)
+    size, offset = (sensed(ay, signal.ax) for ay in (np.hypot(signal.ax, signal.ay), signal.ay + 20))
+    assert "never below 0, as the size of the acceleration" in judge_axes(recording, size).sentence
     assert "never below 0" not in judge_axes(recording, offset).sentence
 
 
 @pytest.mark.parametrize("doubt", [None, "ay wraps at the end of its range"])
 def test_no_speed_is_advised_where_a_record_is_doubted(recording, doubt):
     """The line of noise is no speed; that of a record which wraps tells nothing, nor do its axes."""
-    rng = np.random.default_rng(0)
-    noise = SensorRecord("a.csv", np.arange(30000) / 1000, None, rng.normal(size=30000), None, 1000.0, 0)
+    noise = sensed(np.random.default_rng(0).normal(size=30000))
     marked = replace(noise, doubts=(doubt,) if doubt else ())
     table = compare_with_sensor(recording, marked)
     (sentence,) = doubts_of(recording, marked, table)
@@ -226,8 +209,7 @@ def test_no_speed_is_advised_where_a_record_is_doubted(recording, doubt):
 
 @pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
 def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, seen):
-    hz = faster * recording.periods.loop_hz
-    sensor = record(hz=hz, seconds=seconds)
+    sensor = waved(faster * recording.periods.loop_hz, seconds)
     warning = other_speed(recording, sensor, compare_with_sensor(recording, sensor))
     assert (f"compare with a run at {210 * faster:.4g} rpm" in (warning or "")) == seen, warning
 
@@ -265,10 +247,10 @@ def test_a_record_does_not_differ_from_any_part_of_itself(make_scene):
     for _ in range(100):
         count = rng.integers(round(1.02 * turn * long.rate), len(signal.ay) - 100)
         first = rng.integers(0, len(signal.ay) - count)
-        cut = [values[first : first + count] for values in (signal.time, signal.ax, signal.ay)]
-        table = compare_with_sensor(long, SensorRecord("cut.csv", *cut, None, long.rate, 0)).set_index("measure")
+        ay, ax = (values[first : first + count] for values in (signal.ay, signal.ax))
+        table = compare_with_sensor(long, sensed(ay, ax, long.rate)).set_index("measure")
         differences.append(table.standard_errors.abs())
-        free.append(rms(cut[2]) / rms(signal.ay) - 1)
+        free.append(rms(ay) / rms(signal.ay) - 1)
     differences = pd.DataFrame(differences)
     names = ["mean_g", "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g"]
     assert ((differences[names] > 4).mean() <= 0.05).all(), differences.describe().loc["max"]
@@ -278,8 +260,7 @@ def test_a_record_does_not_differ_from_any_part_of_itself(make_scene):
 
 def test_a_difference_is_counted_in_the_errors_that_are_printed(recording):
     """The step adds a thousandth of the RMS, which two turns that repeat do not show."""
-    signal = sense(recording)
-    louder = SensorRecord("sensor.csv", signal.time, None, 1.002 * signal.ay, None, 1000.0, 0)
+    louder = sensed(1.002 * sense(recording).ay)
     row = compare_with_sensor(recording, louder).set_index("measure").loc["rms_g"]
     printed = {row["name"]: row["error"] for row in shown_measures(recording)}
     assert row.simulation_error == printed["rms_g"] > 1e-4
@@ -289,17 +270,15 @@ def test_a_difference_is_counted_in_the_errors_that_are_printed(recording):
 
 def test_equal_signals_look_equal_whatever_their_lengths(recording):
     """A line at the third harmonic and one at 90 Hz: twice the record, by a part of a turn more."""
-    hz, rate = recording.periods.loop_hz, 1000.0
+    hz = recording.periods.loop_hz
 
     def ay(count):
-        time = np.arange(count) / rate
-        return sum(a * np.sin(2 * np.pi * n * hz * time) for a, n in ((1.0, 1), (0.5, 3), (0.02, 90 // hz)))
+        phase = 2 * np.pi * hz * np.arange(count) / 1000
+        return sum(a * np.sin(n * phase) for a, n in ((1.0, 1), (0.5, 3), (0.02, 90 // hz)))
 
     mean = np.zeros_like(recording.mean)
     mean[:, 0, 1], mean[:, 0, 2] = 9.81 * ay(len(mean)), np.pi / 2
-    other = ay(round(4.7 * rate / hz))
-    sensor = SensorRecord("sensor.csv", np.arange(len(other)) / rate, None, other, None, rate, 0)
-    figure = comparison_figure(replace(recording, mean=mean), sensor, "sensor")
+    figure = comparison_figure(replace(recording, mean=mean), sensed(ay(round(4700 / hz))), "sensor")
     for ax in figure.axes[2:]:
         simulated, measured = (line.get_ydata() for line in ax.lines)
         # the turn of 4 s ends between two samples
@@ -314,11 +293,11 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     monkeypatch.setattr(
         "trackdyn.plots.style.save", lambda figure, *where, **mark: drawn.append(figure) or save(figure, *where, **mark)
     )
-    line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
-    run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / "a.svg"), "--out", str(tmp_path / "a.csv")])
-    assert run.exit_code == 0 and run.output.count("warning") == 1, run.output
-    assert "% slower; compare with a run at 230 rpm" in run.output and "standard errors" in run.output
-    assert "+-: standard error (68 %), with the error of the step" in run.output
+    line = "compare", tmp_path / "run.npz", "data/synthetic/210rpm.csv"
+    run = run_command(*line, "--figure", tmp_path / "a.svg", "--out", tmp_path / "a.csv")
+    assert run.code == 0 and run.err.count("warning") == 1, run.err
+    assert "% slower; compare with a run at 230 rpm" in run.err and "standard errors" in run.out
+    assert "+-: standard error (68 %), with the error of the step" in run.out
     assert b"<svg" in (tmp_path / "a.svg").read_bytes()
     table = pd.read_csv(tmp_path / "a.csv").set_index("measure")
     assert table.sensor["mean_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends
@@ -326,13 +305,10 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     assert lower.get_title("right").startswith("synthetic sensor")
     assert [text.get_text() for text in low.get_legend().get_texts()] == ["simulation", "synthetic sensor"]
     assert all(len(ax.lines) >= 1 for ax in (upper, lower)) and all(len(ax.lines) == 2 for ax in (low, whole))
-    (tmp_path / "a.csv").write_text("mine\n", encoding="utf-8")
-    for bad, words in (
-        (["--figure", "both.pdf"], ".png or .svg"),
-        (["--out", str(tmp_path / "a.csv")], "exists"),
-        (["--zero", "az=x"], "--zero = 'x': must be a number, or one of an axis, such as 512 or ay=512"),
-        (["--turn", "x"], "turn = 'x': must be an angle in deg, such as 44deg"),
-        (["--zero", "y=1"], "--zero y=1: must be a number"),
-    ):
-        run = CliRunner().invoke(app, [*line, *bad])
-        assert isinstance(run.exception, InputError) and words in str(run.exception)
+    for option, value, words in (
+        ("--figure", "both.pdf", ".png or .svg"), ("--zero", "y=1", "--zero y=1: must be a number"),
+        ("--zero", "az=x", "--zero = 'x': must be a number, or one of an axis, such as 512 or ay=512"),
+        ("--turn", "x", "turn = 'x': must be an angle in deg, such as 44deg"),
+    ):  # fmt: skip
+        run = run_command(*line, option, value)
+        assert run.code == 1 and words in run.err

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.conftest import refused, written
 from trackdyn.commands.options import as_options
 from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
-from trackdyn.inputs.errors import InputError
 
 T = np.arange(400) / 125
 AY = np.round(np.sin(7 * T) + 0.2 * np.cos(150 * T), 4)
@@ -24,13 +24,11 @@ def form(header, row, **options):
 
 
 def swapped(text):
-    """Points for commas, and commas for points."""
     return text.translate(str.maketrans(",.", ".,"))
 
 
 def clock(t):
-    minutes, seconds = divmod(t, 60)
-    return f"{int(minutes) % 60:02d}:{seconds:06.3f}"
+    return f"{int(t // 60) % 60:02d}:{t % 60:06.3f}"
 
 
 # packets of ten rows, of two sensors in turn
@@ -68,10 +66,7 @@ FORMS = {
     "the range of a node": (NODES, {"group": "node=2"}),
     "a kind within a node": form(
         "t_ms,node,kind,y",
-        lambda k, t, a: "\n".join(
-            f"{8 * k},{node},{kind},{factor * a}"
-            for node, kind, factor in ((1, "ACC", -1), (1, "GYR", 9), (2, "ACC", 1), (2, "GYR", -9))
-        ),
+        lambda k, t, a: f"{8 * k},1,ACC,{-a}\n{8 * k},1,GYR,{9 * a}\n{8 * k},2,ACC,{a}\n{8 * k},2,GYR,{-9 * a}",
         group="node=2,kind=ACC", axes={"ay": "y"}, unit="g",
     ),
     "nodes as pandas writes them": (NODES.replace(",1,", ",1.0,").replace(",4,2,", ",4,2.0,"), {"group": "node=2"}),
@@ -94,9 +89,7 @@ FORMS = {
     "a counter of 16 bits": form("Millis,ay_g", lambda k, t, a: f"{(65000 + 8 * k) % 2**16},{a}", time="Millis"),
     "micros in s": form("t_s,ay_g", lambda k, t, a: f"{(4294.9 + t) % 4294.967296:.6f},{a}"),
     "every row twice": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"),
-    "twice, without stamps": form(
-        "t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}", time="none", rate=125
-    ),
+    "twice, without stamps": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n" * 2, time="none", rate=125),
     "counts without a sign": form("t_s,ay", lambda k, t, a: f"{t:.3f},{round(8192 * a) % 65536}", scale=8192),
 }  # fmt: skip
 
@@ -104,8 +97,7 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_a_form_holds_the_signal(form, tmp_path):
     text, options = FORMS[form]
-    (tmp_path / "record.csv").write_text(text)
-    record = read_sensor(tmp_path / "record.csv", load_mapping(**options))
+    record = read_sensor(written(tmp_path / "record.csv", text), load_mapping(**options))
     np.testing.assert_allclose(record.ay, AY, atol=7e-5)  # half a count
     assert record.rate == pytest.approx(125, rel=1e-4) and not record.doubts
 
@@ -122,74 +114,50 @@ def test_a_dataframe_is_read_as_its_file(form):
 
 def test_a_message_among_the_rows_is_a_gap(tmp_path):
     lines = FORMS["plain"][0].splitlines()
-    (tmp_path / "record.csv").write_text("\n".join([*lines[:301], "FIFO overflow!", *lines[301:]]))
-    with pytest.raises(InputError, match=r"line 302 .*`gaps: longest`"):
-        read_sensor(tmp_path / "record.csv")
-    record = read_sensor(tmp_path / "record.csv", load_mapping(gaps="longest"))
-    np.testing.assert_allclose(record.ay, AY[:300])
+    path = written(tmp_path / "record.csv", "\n".join([*lines[:301], "FIFO overflow!", *lines[301:]]))
+    refused(read_sensor, path, words=["line 302 ", "`gaps: longest`"])
+    np.testing.assert_allclose(read_sensor(path, LONGEST).ay, AY[:300])
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (
-            table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{a}"),
-            "`group: kind=ACC`, or, .*`group: none`",
-        ),
-        (table("t_s,id,ay_g", lambda k, t, a: f"{t:.3f},1.0,{a}\n{t + 0.004:.3f},2.0,{-a}"), "`group: id=1.0`"),
-        (PACKETS, "`group: box=a`"),
-        (NODES, "`group: range_g=2`"),
-        (
-            table("Time,ay_g", lambda k, t, a: f"{k},{a}"),
-            "may be the row number; .*`time: none, rate: HZ`.*`rate: 1000`",
-        ),
-        (table("Time,ay_g", lambda k, t, a: f"{(65400 + k) % 2**16},{a}"), "may be the row number"),
-        (
-            "Time,ay_g\n" + "".join(f"{k},{a}\n" for k, a in enumerate(AY) if k not in (50, 51, 99)),
-            "may be the row number; .*`time: none, rate: HZ`",
-        ),
-        (table(",ay_g", lambda k, t, a: f"{5 * k},{a}"), "the time may be in column 1 '.*`time: none, rate: HZ`"),
-        (
-            table("t_s,ay_g", lambda k, t, a: f"{int(t)}.{round(t % 1 * 1000)},{a}"),
-            "stamps are wrong, such as 0.8 for 0.008, read them without, `time: none, rate: HZ`; else sort the rows",
-        ),
-        (table("t_ms,ay_g", lambda k, t, a: f"{8 * k},{a - 0.7:.4f}".replace(".", ",")), "decimal commas among commas"),
-        (table("t_ms,ay_mg", lambda k, t, a: f"{8 * k},{1000 * a:.1f}".replace(".", ",")), "decimal commas among"),
-        (
-            table("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g" if k % 9 else f"{t:.3f},{1000 * a:.1f} mg"),
-            "number .* in mg",
-        ),
-        (table("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g"), "the unit 'mg and g'"),
-        (table("", lambda k, t, a: f"t:{t:.3f},ay:{a}")[1:], "no column for ay among 't:0.000'"),
-        (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "newest row is first; sort the rows"),
-        (table("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}"), "sort the rows"),
-        (table("t;ay_g", lambda k, t, a: swapped(f"{8 * k:,};{a}")), "thous"),
-        (table("t_s,channel", lambda k, t, a: f"{t:.3f},{a}"), "axes: {ay: NAME}`.*`unit: g`"),
-    ],
-)
+COUNTED = "may be the row number; .*`time: none, rate: HZ`"
+WRONG_STAMPS = "stamps are wrong, such as 0.8 for 0.008, read them without, `time: none, rate: HZ`; else sort the rows"
+TWO_MEANINGS = [
+    ("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{a}", "`group: kind=ACC`, or, .*`group: none`"),
+    ("t_s,id,ay_g", lambda k, t, a: f"{t:.3f},1.0,{a}\n{t + 0.004:.3f},2.0,{-a}", "`group: id=1.0`"),
+    ("Time,ay_g", lambda k, t, a: f"{k},{a}", COUNTED + ".*`rate: 1000`"),
+    ("Time,ay_g", lambda k, t, a: f"{(65400 + k) % 2**16},{a}", "may be the row number"),
+    ("Time,ay_g", lambda k, t, a: f"{k},{a}" if k not in (50, 51, 99) else "", COUNTED),
+    (",ay_g", lambda k, t, a: f"{5 * k},{a}", "the time may be in column 1 '.*`time: none, rate: HZ`"),
+    ("t_s,ay_g", lambda k, t, a: f"{int(t)}.{round(t % 1 * 1000)},{a}", WRONG_STAMPS),
+    ("t_ms,ay_g", lambda k, t, a: f"{8 * k},{a - 0.7:.4f}".replace(".", ","), "decimal commas among commas"),
+    ("t_ms,ay_mg", lambda k, t, a: f"{8 * k},{1000 * a:.1f}".replace(".", ","), "decimal commas among"),
+    ("t_s,ay", lambda k, t, a: f"{t:.3f}," + (f"{a} g" if k % 9 else f"{1000 * a:.1f} mg"), "number .* in mg"),
+    ("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g", "the unit 'mg and g'"),
+    ("t:0.000,ay:0", lambda k, t, a: f"t:{t:.3f},ay:{a}", "no column for ay among 't:0.000'"),
+    ("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}", "newest row is first; sort the rows"),
+    ("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}", "sort the rows"),
+    ("t;ay_g", lambda k, t, a: swapped(f"{8 * k:,};{a}"), "thous"),
+    ("t_s,channel", lambda k, t, a: f"{t:.3f},{a}", "axes: {ay: NAME}`.*`unit: g`"),
+]
+TWO_GROUPS = [(PACKETS, "`group: box=a`"), (NODES, "`group: range_g=2`")]
+
+
+@pytest.mark.parametrize(("text", "words"), [*((table(*row), words) for *row, words in TWO_MEANINGS), *TWO_GROUPS])
 def test_what_has_two_meanings_is_refused(text, words, tmp_path):
-    (tmp_path / "record.csv").write_text(text)
-    with pytest.raises(InputError, match=words):
-        read_sensor(tmp_path / "record.csv")
+    refused(read_sensor, written(tmp_path / "record.csv", text), match=words)
 
 
 def test_a_code_of_two_columns_is_asked_for(tmp_path):
-    (tmp_path / "record.csv").write_text(NODES)
-    with pytest.raises(
-        InputError, match=r"2 \('range_g'\) and 3 \('node'\) have '2'.*`group: range_g=2` or `group: node=2`"
-    ):
-        read_sensor(tmp_path / "record.csv", load_mapping(group="2"))
-    np.testing.assert_allclose(read_sensor(tmp_path / "record.csv", load_mapping(group="1")).ay, -AY)
-    with pytest.raises(InputError, match="no row has it"):
-        read_sensor(tmp_path / "record.csv", load_mapping(group="node=3"))
+    path = written(tmp_path / "record.csv", NODES)
+    words = ["2 ('range_g') and 3 ('node') have '2'", "`group: range_g=2` or `group: node=2`"]
+    refused(read_sensor, path, load_mapping(group="2"), words=words)
+    np.testing.assert_allclose(read_sensor(path, load_mapping(group="1")).ay, -AY)
+    refused(read_sensor, path, load_mapping(group="node=3"), words=["no row has it"])
 
 
-def test_a_group_within_a_group_is_named_in_full():
-    frame = pd.DataFrame({"t_s": np.repeat(T, 4), "node": np.tile([1, 1, 2, 2], T.size)})
-    frame["kind"], frame["ay_g"] = np.tile(["a", "b"], 2 * T.size), np.outer(AY, [-1, 9, 1, -9]).ravel() / 9
-    with pytest.raises(InputError, match=r"`group: 'node=2,kind=a'`, or"):
-        read_sensor(frame, load_mapping(group="node=2"))
-    np.testing.assert_allclose(read_sensor(frame, load_mapping(group="node=2,kind=a")).ay, AY / 9)
+def test_a_group_within_a_group_is_named_in_full(tmp_path):
+    path = written(tmp_path / "record.csv", FORMS["a kind within a node"][0].replace(",y\n", ",ay_g\n"))
+    refused(read_sensor, path, load_mapping(group="node=2"), words=["`group: 'node=2,kind=ACC'`, or"])
 
 
 def test_stamps_in_ms_of_another_rate_do_not_count_the_rows():
@@ -201,19 +169,14 @@ def test_stamps_in_ms_of_another_rate_do_not_count_the_rows():
 @pytest.mark.parametrize(("value", "zero"), [(0, 0), (-1, 0), (0, 512)])
 @pytest.mark.parametrize("every", [20, 90])
 def test_errors_of_a_bus_within_the_range_are_doubted(value, zero, every):
-    rng = np.random.default_rng(6)
-    counts = np.round(256 * FAST) + zero
-    here = rng.random(counts.size) < 1 / every
-    counts[here] = value
-    here = counts == value
-    frame = pd.DataFrame({"t_s": np.arange(4000) / 1000, "ay": counts})
-    options = {"scale": 256, "zero": float(zero)}
-    (doubt,) = read_sensor(frame, load_mapping(**options)).doubts
-    assert f"{here.sum()} of 4000 rows" in doubt and f"are {value} and off their neighbours" in doubt
-    record = read_sensor(frame, load_mapping(**options, gaps="longest"))
-    assert not record.doubts and record.ay.size < 4000
+    rng, options = np.random.default_rng(6), {"scale": 256, "zero": float(zero)}
     clean = pd.DataFrame({"t_s": np.arange(4000) / 1000, "ay": np.round(256 * FAST) + zero})
     assert not read_sensor(clean, load_mapping(**options)).doubts
+    frame = clean.assign(ay=clean.ay.where(rng.random(4000) >= 1 / every, value))
+    (doubt,) = read_sensor(frame, load_mapping(**options)).doubts
+    assert f"{(frame.ay == value).sum()} of 4000 rows" in doubt and f"are {value} and off their neighbours" in doubt
+    record = read_sensor(frame, load_mapping(**options, gaps="longest"))
+    assert not record.doubts and record.ay.size < 4000
 
 
 def test_an_index_of_rows_is_no_time():
@@ -222,8 +185,7 @@ def test_an_index_of_rows_is_no_time():
     assert read_sensor(frame.set_index("t_s", drop=False)).rate == pytest.approx(125)
     frame.index = 5.0 * np.arange(T.size)
     np.testing.assert_array_equal(read_sensor(frame).ay, AY)
-    with pytest.raises(InputError, match="no column of time"):
-        read_sensor(frame[["ay_g"]])
+    refused(read_sensor, frame[["ay_g"]], match="no column of time")
     assert read_sensor(frame[["ay_g"]], load_mapping(rate=400)).rate == 400
 
 
@@ -238,10 +200,9 @@ def test_an_index_of_rows_is_no_time():
 def test_values_far_from_all_others_are_no_samples(mark, unit, options, rows, tmp_path):
     values = np.round(AY / unit + options.get("zero", 0), 4 if unit == 1 else 0)
     values[rows] = mark
-    path = tmp_path / "record.csv"
-    path.write_text(table("t_s,ay", lambda k, t, a: f"{t:.3f},{values[k]:g}"))
-    with pytest.raises(InputError, match=f"line {rows[0] + 2} .*is {mark}, far from all .*`gaps: bridge`"):
-        read_sensor(path, load_mapping(**options))
+    path = written(tmp_path / "record.csv", table("t_s,ay", lambda k, t, a: f"{t:.3f},{values[k]:g}"))
+    words = [f"line {rows[0] + 2} ", f"is {mark}, far from all ", "`gaps: bridge`"]
+    refused(read_sensor, path, load_mapping(**options), words=words)
     record = read_sensor(path, load_mapping(**options, gaps="bridge"))
     np.testing.assert_allclose(record.ay, AY, atol=0.4)  # between samples of a wave of 0.2 g and 24 Hz
     assert record.done["gaps"].startswith(f"{len(rows)} samples")
@@ -249,30 +210,25 @@ def test_values_far_from_all_others_are_no_samples(mark, unit, options, rows, tm
 
 
 @pytest.mark.parametrize("wild", [{}, {9: -45.0, 200: 1e6}])
-def test_few_values_beyond_the_range_may_be_left_out(wild, tmp_path):
-    values = AY.copy()
+def test_few_values_beyond_the_range_may_be_left_out(wild):
+    values, bridge = pd.Series(AY), load_mapping(gaps="bridge")
     values[list(wild)] = list(wild.values())
-    path = tmp_path / "record.csv"
-    path.write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{values[k]:g}"))
-    record = read_sensor(path, load_mapping(gaps="bridge"))
+    record = read_sensor(pd.DataFrame({"t_s": T, "ay_g": values}), bridge)
     assert record.done["gaps"].startswith(f"{len(wild)} samples") and np.abs(record.ay - AY).max() < 0.4
-    path.write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{981 * a:g}"))
-    with pytest.raises(InputError, match=r"beyond the sensor's range .* check the unit, `unit: m/s2`"):
-        read_sensor(path, load_mapping(gaps="bridge"))
+    words = ["beyond the sensor's range ", " check the unit, `unit: m/s2`"]
+    refused(read_sensor, pd.DataFrame({"t_s": T, "ay_g": 981 * AY}), bridge, words=words)
 
 
 def test_several_marks_are_none_of_the_signal():
     ay = np.round(1000 * AY)
     ay[[30, 80, 200]], ay[[90, 120]], ay[[50, 51]] = -9999, -8888, 9999
     frame = pd.DataFrame({"t_s": T, "ay_mg": ay})
-    with pytest.raises(InputError, match="row 30 and 6 more is -9999"):
-        read_sensor(frame)
+    refused(read_sensor, frame, match="row 30 and 6 more is -9999")
     assert np.abs(read_sensor(frame.assign(ay_mg=np.where(np.abs(ay) > 5000, np.nan, ay)), LONGEST).ay).max() < 2
 
 
-def test_a_signal_that_wraps_is_doubted(tmp_path):
-    (tmp_path / "record.csv").write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{(a + 0.6) % 1.2 - 0.6:.4f}"))
-    (doubt,) = read_sensor(tmp_path / "record.csv").doubts
+def test_a_signal_that_wraps_is_doubted():
+    (doubt,) = read_sensor(pd.DataFrame({"t_s": T, "ay_g": np.round((AY + 0.6) % 1.2 - 0.6, 4)})).doubts
     assert "wraps at the end of its range" in doubt
 
 
@@ -290,14 +246,14 @@ def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
     frame = pd.DataFrame(rows, columns=[(names or "{}").format(k) for k in range(count)])
     (path := tmp_path / "record.csv").write_text(frame.to_csv(index=False, header=bool(names)) + "0.5\n" * (not names))
     ay = "#1" if names is None else frame.columns[count - 1]
+    words = ["column 1", f" to column {count}", f" each row has {count} samples"]
     for axes in ({"ay": ay}, {}) if names == "y[{}]" else ({"ay": ay},):
-        with pytest.raises(InputError, match=rf"column 1.* to column {count}.* each row has {count} samples"):
-            read_sensor(path, load_mapping(time="none", rate=1000, axes=axes, unit="g"))
+        refused(read_sensor, path, load_mapping(time="none", rate=1000, axes=axes, unit="g"), words=words)
     if names is None:  # each with its time
-        pairs = np.column_stack([np.arange(4000).reshape(-1, count).ravel() / 1000, FAST]).reshape(-1, 2 * count)
+        pairs = np.column_stack([np.arange(4000) / 1000, FAST]).reshape(-1, 2 * count)
         path.write_text(pd.DataFrame(pairs).to_csv(index=False, header=False))
-        with pytest.raises(InputError, match=rf"column 2 to column {2 * count} .* each row has {count} samples"):
-            read_sensor(path, load_mapping(time="1", axes={"ay": "2"}, unit="g"))
+        words = [f"column 2 to column {2 * count} ", f" each row has {count} samples"]
+        refused(read_sensor, path, load_mapping(time="1", axes={"ay": "2"}, unit="g"), words=words)
     # two sensors of one place, and one of another, are channels
     noise = np.random.default_rng(1).normal(0, 0.01, (2000, 3))
     frame = pd.DataFrame(noise + FAST.reshape(2, -1)[[0, 0, 1]].T, columns=["ay_1", "ay_2", "ay_3"])
@@ -336,24 +292,19 @@ def test_a_record_that_begins_or_ends_at_rest_names_the_option_that_leaves_it_ou
     ],
 )
 def test_rows_of_a_sensor_that_hung_are_named(still, start, words, tmp_path):
-    rows = zip(T, np.where(still, 0.0, AY), strict=True)
-    (tmp_path / "record.csv").write_text("t_s,ay_g,ax_g\n" + "".join(f"{t:.3f},{a},{t % 0.3:.3f}\n" for t, a in rows))
-    (doubt,) = read_sensor(tmp_path / "record.csv", load_mapping(start=start)).doubts
+    text = table("t_s,ay_g,ax_g", lambda k, t, a: f"{t:.3f},{0.0 if still[k] else a},{t % 0.3:.3f}")
+    (doubt,) = read_sensor(written(tmp_path / "record.csv", text), load_mapping(start=start)).doubts
     assert all(word in doubt for word in words), doubt
 
 
-@pytest.mark.parametrize(
-    ("fields", "options"),
-    [
-        ("`time: none, rate: HZ`", "--time none --rate HZ"),
-        ("`axes: {ay: -NAME}`", "--axis ay=-NAME"),
-        ("`axes: {ay: '#2'}`", "--axis 'ay=#2'"),
-        ("`zero: {ay: 512, ax: 3}`", "--zero ay=512 --zero ax=3"),
-        ("`resample: true`", "--resample"),
-        ("`from: S`", "--from S"),
-        ("`trackdyn simulate`", "`trackdyn simulate`"),
-        ("`a: [`", "`a: [`"),
-    ],
-)
+OPTIONS = {
+    "`time: none, rate: HZ`": "--time none --rate HZ", "`axes: {ay: -NAME}`": "--axis ay=-NAME",
+    "`axes: {ay: '#2'}`": "--axis 'ay=#2'", "`zero: {ay: 512, ax: 3}`": "--zero ay=512 --zero ax=3",
+    "`resample: true`": "--resample", "`from: S`": "--from S", "`trackdyn simulate`": "`trackdyn simulate`",
+    "`a: [`": "`a: [`",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("fields", "options"), OPTIONS.items())
 def test_fields_become_options(fields, options):
     assert as_options(f"give {fields}.") == f"give {options}."

@@ -1,14 +1,14 @@
 """Several sensors on one rig: each reads as the only one would, and is compared with its own group of a file."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
-from tests.conftest import BELT, LAWS, recorded, refused, run_command
+from tests.conftest import BELT, LAWS, recorded, refused, run_command, written
 from trackdyn.fieldtest.compare import compare_with_sensor
 from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
-from trackdyn.inputs.errors import InputError
 from trackdyn.measure.export import measures
 from trackdyn.measure.metrics import remarks
 from trackdyn.measure.sensor import sense
@@ -22,25 +22,19 @@ POSITIONS = {
     "rear": {"pitch": 20, "body": "connector", "x": 0.01, "y": -0.01},
 }
 PLACES = {name: position | {"rate": 1000, "range": 20.0} for name, position in POSITIONS.items()}
+RUNS = {
+    "semi_implicit": (0.0, {}), "turned plane": (0.5, {}), "belt": (0.0, BELT),
+    "linearly_implicit": (0.0, {"integrator": "linearly_implicit", "step": 5e-4}),
+    "rk4": (0.0, {"integrator": "rk4", "step": 5e-5}), "spatial": (0.0, {"space": "spatial", **LAWS}),
+}  # fmt: skip
 
 
-def with_sensors(rig, **sensors):
-    return rig.changed(sensors=sensors)
-
-
-@pytest.mark.parametrize(
-    ("toe", "fields"),
-    [
-        (0.0, {}), (0.5, {}), (0.0, {"integrator": "linearly_implicit", "step": 5e-4}),
-        (0.0, {"integrator": "rk4", "step": 5e-5}), (0.0, {"space": "spatial", **LAWS}), (0.0, BELT),
-    ],
-    ids=["semi_implicit", "turned plane", "linearly_implicit", "rk4", "spatial", "belt"],
-)  # fmt: skip
+@pytest.mark.parametrize(("toe", "fields"), RUNS.values(), ids=RUNS)
 def test_two_sensors_read_as_each_as_the_only_one(make_scene, rig, toe, fields):
     fields = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.2, "motor_rpm": 210.0} | fields
     rig = rig.changed(idler__toe=toe)
     run = simulate if fields.get("chain") else recorded
-    both = run(make_scene(rig=with_sensors(rig, **PLACES), **fields))
+    both = run(make_scene(rig=rig.changed(sensors=PLACES), **fields))
     assert list(both.sensors) == ["front", "rear"]
     for k, (name, sensor) in enumerate(PLACES.items()):
         single = run(make_scene(rig=rig.changed(sensor=sensor), **fields))
@@ -59,30 +53,27 @@ def test_the_pin_that_two_bodies_share_has_one_acceleration(make_scene, rig):
         "end": common | {"pitch": 9, "body": "connector", "x": rig.connector_length},
         "next_link": common | {"pitch": 10, "x": 0.0},
     }
-    recording = recorded(make_scene(210.0, rig=with_sensors(rig, **ends), duration=0.02, lead_in=0.0, ramp=0.2))
-    (ax, ay), angle = np.moveaxis(recording.raw[..., :2], -1, 0), recording.raw[..., 2]
-    c, s = np.cos(angle), np.sin(angle)
-    pins = np.stack([c * ax - s * ay, s * ax + c * ay], axis=-1)
+    recording = recorded(make_scene(210.0, rig=rig.changed(sensors=ends), duration=0.02, lead_in=0.0, ramp=0.2))
+    pins = recording.raw[..., :2] @ [1, 1j] * np.exp(1j * recording.raw[..., 2])
     size = np.abs(pins).max()
-    np.testing.assert_allclose(pins[:, 0], pins[:, 1], rtol=0, atol=1e-9 * size)
-    np.testing.assert_allclose(pins[:, 2], pins[:, 3], rtol=0, atol=1e-9 * size)
+    np.testing.assert_allclose(pins[:, [0, 2]], pins[:, [1, 3]], rtol=0, atol=1e-9 * size)
     assert np.abs(pins[:, 1] - pins[:, 2]).max() > 1e-3 * size
 
 
 def test_on_a_belt_a_connector_follows_its_link_by_half_a_pitch(rig):
     on_link = {"pitch": 7, "x": rig.chain.link_length / 2, "y": 0.01, "rate": 1000, "range": 20.0}
     on_connector = on_link | {"body": "connector", "x": rig.connector_length / 2}
-    moving = with_sensors(rig, link=on_link, connector=on_connector)
+    moving = rig.changed(sensors={"link": on_link, "connector": on_connector})
     rpm = 210.0 * Scene(moving, 210.0, **BELT).periods.passage / 0.1  # half a passage lasts 50 samples
     recording = simulate(Scene(moving, rpm, duration=1.0, **BELT))
-    wave = np.exp(1j * recording.raw[..., 2])
-    np.testing.assert_allclose(recording.raw[50:, 0, :2], recording.raw[:-50, 1, :2], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(wave[50:, 0], wave[:-50, 1], rtol=0, atol=1e-9)
+    ax, ay, angle = np.moveaxis(recording.raw, -1, 0)
+    for values in (ax, ay, np.exp(1j * angle)):
+        np.testing.assert_allclose(values[50:, 0], values[:-50, 1], rtol=0, atol=1e-9)
 
 
 def test_measures_and_limits_are_those_of_each_sensor(rig):
     near = PLACES | {"rear": PLACES["rear"] | {"range": 0.9}}
-    recording = simulate(Scene(with_sensors(rig, **near), 210.0, duration=10.0, **BELT))
+    recording = simulate(Scene(rig.changed(sensors=near), 210.0, duration=10.0, **BELT))
     table = measures(recording)
     assert list(table.loc["rms_g"].sensor) == ["front", "rear"]
     for name in near:
@@ -95,18 +86,17 @@ def test_measures_and_limits_are_those_of_each_sensor(rig):
 
 
 def test_every_link_puts_sensors_where_the_first_one_is(make_scene, rig):
-    sensors = make_scene(rig=with_sensors(rig, **PLACES), every_link=True).sensors
+    sensors = make_scene(rig=rig.changed(sensors=PLACES), every_link=True).sensors
     assert len(sensors) == 2 + rig.chain.pitches and sensors["link 4"] == sensors["front"]
     assert all((s.x, s.y) == (0.03, 0.02) for s in sensors.values() if s.body == "link")
 
 
 def test_what_no_recording_has_is_refused(rig):
-    recording = simulate(Scene(with_sensors(rig, **PLACES), 210.0, duration=0.1, **BELT))
+    places = rig.changed(sensors=PLACES)
+    recording = simulate(Scene(places, 210.0, duration=0.1, **BELT))
     for sensor, words in (("middle", "'front', 'rear'"), (2, "between 0 and 1"), (0.5, "sensor")):
-        with pytest.raises(InputError, match=words):
-            sense(recording, sensor=sensor)
-    with pytest.raises(InputError, match="sensor on a connector"):
-        Scene(with_sensors(rig, **PLACES), 115.0, chain="single_pin")
+        refused(sense, recording, sensor=sensor, words=[words])
+    refused(Scene, places, 115.0, chain="single_pin", words=["sensor on a connector"])
 
 
 FILE = """
@@ -133,43 +123,34 @@ SINGLE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, ra
     ],
 )
 def test_a_file_of_sensors_that_cannot_be_is_refused_in_one_sentence(tmp_path, before, after, words):
-    path = tmp_path / "mine.yaml"
-    path.write_text(FILE.replace(before, after), encoding="utf-8")
+    path = written(tmp_path / "mine.yaml", FILE.replace(before, after))
     refused(load_rig, path, words=[words, str(path)])
 
 
 def test_a_file_may_name_several_sensors(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(FILE, encoding="utf-8")
-    rig = load_rig(path)
+    rig = load_rig(written(tmp_path / "mine.yaml", FILE))
     assert list(rig.sensors) == ["front", "rear"]
     assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).sensors["rear"].x == 0.02
     assert rig.sampled(2000).rate == 2000
-    child = tmp_path / "child.yaml"
-    child.write_text(f"like: mine.yaml\n{SINGLE}\n", encoding="utf-8")
+    child = written(tmp_path / "child.yaml", f"like: mine.yaml\n{SINGLE}\n")
     assert list(load_rig(child).sensors) == ["front", "rear", "sensor"]
 
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory, rig):
-    """Recording of two sensors, and the file of a logger that has both."""
     folder = tmp_path_factory.mktemp("two")
-    recording = simulate(Scene(with_sensors(rig, **PLACES), 210.0, duration=20.0, **BELT))
+    recording = simulate(Scene(rig.changed(sensors=PLACES), 210.0, duration=20.0, **BELT))
     recording.save(folder / "run.npz")
     columns = {"t_s": recording.time}
     for group, name in (("box 1", "front"), ("box 2", "rear")):
         signal = sense(recording, sensor=name)
         columns |= {f"{group}/ax_g": signal.ax, f"{group}/ay_g": signal.ay}
-    rows = zip(*(np.round(values, 6).tolist() for values in columns.values()), strict=True)
-    text = "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)])
-    (folder / "two.csv").write_text(text + "\n", encoding="utf-8")
+    pd.DataFrame(columns).round(6).to_csv(folder / "two.csv", index=False)
     return folder
 
 
 def mapped(folder, sensors):
-    path = folder / "mapping.yaml"
-    path.write_text(yaml.safe_dump({"unit": "g", "sensors": sensors}), encoding="utf-8")
-    return path
+    return written(folder / "mapping.yaml", yaml.safe_dump({"unit": "g", "sensors": sensors}))
 
 
 GROUPS = {"front": {"group": "box 1"}, "rear": {"group": "box 2"}}
@@ -197,18 +178,16 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
     assert single.code == 0 and "sensor rear" in single.out and "sensor front" not in single.out
 
 
-@pytest.mark.parametrize(
-    ("sensors", "options", "words"),
-    [
-        (None, (), "has 2 sensors, front, rear, and the mapping names the columns of one"),
-        (GROUPS | {"third": {}}, (), "those of front, rear, third"),
-        (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
-        (GROUPS | {"rear": {"group": "box 3"}}, (), "no column's name begins with the group 'box 3'"),
-        (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
-        ({"front": {"sensors": GROUPS}}, (), "must not be in the mapping of a sensor"),
-        ({"front": 5}, (), "sensors.front = 5"),
-    ],
-)
+NO_GROUPS = [
+    (None, (), "has 2 sensors, front, rear, and the mapping names the columns of one"),
+    (GROUPS | {"third": {}}, (), "those of front, rear, third"), (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
+    (GROUPS | {"rear": {"group": "box 3"}}, (), "no column's name begins with the group 'box 3'"),
+    (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
+    ({"front": {"sensors": GROUPS}}, (), "must not be in the mapping of a sensor"), ({"front": 5}, (), "front = 5"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sensors", "options", "words"), NO_GROUPS)
 def test_groups_that_do_not_fit_are_refused_in_one_sentence(compared, sensors, options, words):
     mapping = () if sensors is None else ("--mapping", mapped(compared, sensors))
     ended = run_command("compare", compared / "run.npz", compared / "two.csv", *mapping, *options)
