@@ -1,9 +1,8 @@
 """Contact laws for the independent code, written from the equations, not from ``trackdyn.contact``.
 
 They differ by design from the simulator's kernels: the groove is folded about its middle and the deepest of the
-mirrored areas is taken (the paper searches ten annular sectors in order), links are tested in their own frame, loads
-are summed per body, and derivatives for an implicit solver are computed. Everything is in one file, so that numba's
-cache sees every edit.
+mirrored areas is taken, links are tested in their own frame, loads are summed per body, and derivatives for an implicit
+solver are computed. Everything is in one file, so that numba's cache sees every edit.
 """
 
 from math import atan2, cos, floor, hypot, pi, sin, sqrt, tanh
@@ -124,26 +123,11 @@ def _groove_contact(c: Contacts, x, y, sprocket_angle):
 
 @kernel
 def peer_contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
-    """Compute the loads of all contacts.
+    """Compute the (n, 3) ``load`` of all contacts on the bodies and their (n, w) ``torque`` on each wheel.
 
-    Parameters
-    ----------
-    c : Contacts
-        Constants.
-    length : (n,) array
-        Pin to pin lengths; the mass centre is in the middle, m.
-    q, v : (3 n + w - 1,) arrays
-        Mass centre x, y and angle of every body, angles of the wheels but the sprocket; and their rates.
-    angle, spin : float
-        Angle (rad) and angular velocity (rad/s) of the sprocket.
-    memory : Memory
-        Initial impact velocities; written with ``update``.
-    update : bool
-        The step is accepted: remember contacts that have begun and forget those that have ended.
-    load : (n, 3) array
-        Force x, y (N) and moment about the mass centre (N m) of every body.
-    torque : (n, w) array
-        Torque of every body's contacts on each wheel, N m.
+    ``length`` (n,) is from pin to pin, with the mass centre in the middle; ``q`` and ``v`` (3 n + w - 1,) are mass
+    centre x, y and angle of every body, angles of the wheels but the sprocket, and their rates; ``angle`` and ``spin``
+    are the sprocket's. With ``update`` the step is accepted: contacts that have begun are remembered.
     """
     load[:] = 0.0
     torque[:] = 0.0
@@ -213,14 +197,9 @@ def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, t
 def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, loads, torques, triplets):
     """Write the nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
 
-    A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies are
-    nudged at once: six evaluations, and one per wheel, for the whole matrix. ``loads`` (2, n, 3) and ``torques``
-    (2, n, w) are overwritten.
-
-    Returns
-    -------
-    count : int
-        Rows written.
+    Return their count. A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies
+    are nudged at once: six evaluations, and one per wheel. ``loads`` (2, n, 3) and ``torques`` (2, n, w) are
+    overwritten.
     """
     n, free = loads.shape[1], c.circle.shape[0] - 1
     count = 0

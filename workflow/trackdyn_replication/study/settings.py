@@ -43,19 +43,15 @@ def longest_step(steps: Allowed | None, value: float | None) -> float | None:
 
 
 def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
-    """Return the scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp.
-
-    Wheels of the other codes do not move: the tensioner is locked.
-    """
+    """Return the scene of Figure 14, ``speed_rpm`` of the sprocket or of the motor, recorded after the ramp."""
     motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
     about = {"duration": duration, "lead_in": 0.0, "ramp": 1.0, "step": step, "frame_interval": duration}
-    return Scene(rig, motor, tension="locked", **PEER_LAWS, **about)
+    return Scene(rig, motor, tension="locked", **PEER_LAWS, **about)  # wheels of the other codes do not move
 
 
 class StatisticErrors(Section):
     """Settings for errors of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
-    A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
     The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against.
     """
 
@@ -74,11 +70,7 @@ class StatisticErrors(Section):
 
 
 class TradeStudy(Section):
-    """Settings of the study of accuracy against cost.
-
-    The planner is judged on scenes ``kept_apart``, with tolerances ``promised``,
-    against limits over the steps ``limit_steps_s`` of semi_implicit.
-    """
+    """Settings of the study of accuracy against cost; the planner is judged on scenes ``kept_apart``."""
 
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]

@@ -56,10 +56,7 @@ def rings_of(rig: Rig) -> list[float | None]:
 
 
 def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float]] = SPEEDS) -> pd.DataFrame:
-    """Return errors and their standard errors of all measures of rigs with several rings and none (``COLUMNS``).
-
-    They are in the unit of the limit, extrapolated over the default step, its half and its quarter.
-    """
+    """Return errors and their standard errors of all measures of rigs with several rings and none (``COLUMNS``)."""
     rows = []
     for name in rigs:
         rig = load_rig(name)
@@ -109,10 +106,7 @@ def _rounded_up(size: float) -> float:
 
 
 def default_step_text(rows: pd.DataFrame) -> str:
-    """Return sentences on the largest errors of RMS and mean left peak over rigs and speeds, with and without a ring.
-
-    Errors as in `known_errors`.
-    """
+    """Return sentences on the largest `known_errors` of RMS and mean left peak, with and without a ring."""
     bare = rows["ring_radius_m"].isna()
     return "\n".join(_worst(rows[group], words) for group, words in ((~bare, RING), (bare, NONE)) if group.any())
 

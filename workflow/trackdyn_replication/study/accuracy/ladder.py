@@ -29,10 +29,7 @@ MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 def measure_setting(
     rig: Rig, setting: str, speeds: list[float], radii: list[float | None], rule: StopRule
 ) -> pd.DataFrame:
-    """Return statistics of one setting for every speed and ring, the whole loop as the sensor (``MEASURED``).
-
-    Cost is in wall seconds per simulated second; ``note`` is the reason for a missing value.
-    """
+    """Return statistics of one setting for every speed and ring, the whole loop as the sensor (``MEASURED``)."""
     rows, starts = [], SettledLoops()
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
@@ -70,8 +67,7 @@ def _belt(scene: Scene) -> tuple[dict[str, float], float]:
 def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     """Compare every setting (`measure_setting`) with the reference, by scene and then in the order of the settings.
 
-    ``difference_pct`` is relative for RMS, SD, line and peak, in points of a sprocket turn for shares, and empty for
-    closure error and energy residual.
+    ``difference_pct`` of shares is in points of a sprocket turn; closure error and energy residual have none.
     """
     reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(["scene", "measure"])["value"]
     rungs = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]

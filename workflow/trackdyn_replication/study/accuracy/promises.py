@@ -30,9 +30,8 @@ def judge_promises(
 ) -> pd.DataFrame:
     """Return the planner's promises for every measure of a scene, and the results.
 
-    Limits are extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s); ``achieved_error`` is
-    against the limit of the scene, whose own standard error is ``limit_error``. A tolerance that cannot be promised has
-    an empty error, an empty ``met``, and its ``reason``.
+    Limits are extrapolated from records of ``turns`` revolutions with ``steps`` (s). A tolerance that cannot be promised
+    has an empty error, an empty ``met``, and its ``reason``.
     """
     base, rows = study_scene(rig, rpm, ring, turns, every_link=True), []
     limits = limits_of({step: run_answer(base.with_(step=step)).series for step in steps})

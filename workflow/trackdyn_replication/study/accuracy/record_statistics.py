@@ -32,10 +32,9 @@ def statistics_of(recording: Recording) -> dict[str, float]:
 
 
 def answers_of(recording: Recording) -> dict[str, Series]:
-    """Return measures over all links of a recording made with ``every_link``, per passage.
+    """Return measures over all links of a recording made with ``every_link``, per passage, as series for errors.
 
-    As `statistics_of`, but as series for standard errors (`measure.whole_loop`). Closure error and energy
-    residual belong to the whole record and have none.
+    Closure error and energy residual belong to the whole record and have none.
     """
     exact = statistics_of(recording)
     return series(recording) | {name: Series(np.array([exact[name]]), np.array([0])) for name in ABSOLUTE}

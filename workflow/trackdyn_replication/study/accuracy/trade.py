@@ -1,9 +1,8 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
-Errors are those of the statistics of a record against their limit over the steps of one method; those of the other
-methods confirm it. Statistics are taken over all links and have standard errors, so that the effect of the step can be
-told from scatter. Refused and diverging runs are points, too. Cost is the CPU time of the process: other jobs may run
-at the same time.
+Errors are those of the statistics of a record against their limit over the steps of one method. Statistics are taken
+over all links and have standard errors, so that the effect of the step can be told from scatter. Refused and diverging
+runs are points, too. Cost is the CPU time of the process: other jobs may run at the same time.
 """
 
 from trackdyn.sweeps.snakemake_job import run_job
@@ -23,13 +22,8 @@ from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
-from trackdyn_replication.study.accuracy.record_statistics import (
-    BELT_TURNS,
-    TENSION,
-    answers_of,
-    statistics_of,
-    study_scene,
-)
+from trackdyn_replication.study.accuracy import record_statistics
+from trackdyn_replication.study.accuracy.record_statistics import answers_of, statistics_of, study_scene
 from trackdyn_replication.study.settings import StatisticErrors, TradeStudy, measured_scenes, scene_name
 from trackdyn_replication.study.timed_run import timed_run
 from trackdyn_replication.study.variants import PHYSICS
@@ -56,7 +50,8 @@ def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links; those of a belt are alike."""
     if scene.chain == "belt":
         begin = process_time()
-        scene = scene.with_(duration=whole_samples(scene.rig.rate, BELT_TURNS / scene.periods.loop_hz))
+        turns = record_statistics.BELT_TURNS
+        scene = scene.with_(duration=whole_samples(scene.rig.rate, turns / scene.periods.loop_hz))
         statistics = statistics_of(simulate(scene))
         series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in SENSED}
         return AnswerCost(series, process_time() - begin, 0.0)
@@ -73,10 +68,7 @@ def limits_of(runs: Mapping[float, Mapping[str, Series]]) -> dict[str, Limit]:
 
 
 def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
-    """Return errors of the measures of a record of every scene against their limits, and its cost (``COLUMNS``).
-
-    Raises `InputError`: in some scene fewer than two steps ran, over which the limit is extrapolated.
-    """
+    """Return errors of the measures of a record of every scene against their limits, and its cost (``COLUMNS``)."""
     rows, compiled, cases = [], set(), []
     for fidelity, physics in PHYSICS.items():
         steps = requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s
@@ -87,7 +79,7 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
     for rpm, ring in requested.scenes:
         name = scene_name(rpm, ring)
         turns = requested.loop_turns_without_ring if ring is None else requested.loop_turns
-        base = study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
+        base = study_scene(rig, rpm, ring, turns, every_link=True, **record_statistics.TENSION)
         runs: dict[tuple, AnswerCost | None] = {}
         for fidelity, case in cases:
             point = (fidelity, case.get("integrator", "none"), case.get("step", np.nan))

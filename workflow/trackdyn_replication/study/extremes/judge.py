@@ -37,7 +37,7 @@ def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
 def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) -> dict:
     """Return the row of ``attempt(*arguments)``, a dictionary of columns with ``reason`` if a bound is missed.
 
-    Numerical warnings count as defects, as does every error other than `InputError` and `DivergenceError`.
+    Numerical warnings count as defects, too.
     """
     try:
         with warnings.catch_warnings():

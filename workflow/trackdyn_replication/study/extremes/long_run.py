@@ -19,13 +19,8 @@ from trackdyn_replication.study.extremes.judge import GAP, attempted, below
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that are all
 # alike may differ by a tenth of the 5 % between the printed differences of the RMS.
 STANDARD_ERRORS, ALIKE = 4.0, 0.005
-# Growth of the largest resident memory, MB: the record is reused, so none is expected.
-MEMORY_MB = 16.0
-
-
-def resident_mb() -> float:
-    """Return the largest resident memory of this process so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+MEMORY_MB = 16.0  # growth of the largest resident memory: the record is reused, so none is expected
+MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10  # in units of ``ru_maxrss``
 
 
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
@@ -44,7 +39,8 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
         ay = sensor_signal(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
-        row |= {"rms_g": rms(ay), "resident_mb": resident_mb()}
+        resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / MEGABYTE
+        row |= {"rms_g": rms(ay), "resident_mb": resident}
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -62,11 +62,10 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
 
 
 def run_short(number: int, seed: int = SEED) -> dict:
-    """Return the row of a scene.
+    """Return the row of a scene; the ``reason`` of a refused one begins with ``good`` if it was within the bounds.
 
     ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the mean peak,
-    ``group`` the state of its resolution, ``at`` the step over the largest. The ``reason`` of a refused run begins
-    with ``good`` if it would have been within the bounds.
+    ``group`` the state of its resolution, ``at`` the step over the largest.
     """
     name, rig, settings = drawn(number, seed)
     name = f"{number}: {name}, {settings['rpm']:.4g} rev/min, {settings['seconds']:g} s"
@@ -74,8 +73,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
     try:
         probe = Scene(rig, settings["rpm"], every_link=True, **fields)
         loop = Loop(probe)
-        limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout.settled_tension_n)
-        limit = min(limit, LARGEST)
+        limit = min(LARGEST, largest_step(loop.model, rig.tension.pre_tension, loop.layout.settled_tension_n))
         step = round_step(settings["share"] * limit, 1.0 / rig.rate)
         loop = Loop(probe.with_(step=step))
         fine, _ = _run(Loop(probe.with_(step=step / DOUBTFUL_STEP_DIVISOR)), settings["seconds"], False)
@@ -94,10 +92,10 @@ def run_short(number: int, seed: int = SEED) -> dict:
         more |= {"group": "refused", "value": bias.rms, "expected": bias.peaks}
         return row(FAMILY, name, REFUSED, good + str(error), **more)
     bias = statistics.difference(fine)
-    missed = not bias.within()
-    reason = f"RMS is {100 * bias.rms:.2g} % off, the mean peak {100 * bias.peaks:.2g} %" if missed else ""
-    wrong = MARKED if resolution.state != YES else DEFECT
-    outcome = MARKED if resolution.state == NO else wrong if missed else COMPLETED
+    reason, outcome = "", MARKED if resolution.state == NO else COMPLETED
+    if not bias.within():
+        reason = f"RMS is {100 * bias.rms:.2g} % off, the mean peak {100 * bias.peaks:.2g} %"
+        outcome = DEFECT if resolution.state == YES else MARKED
     return row(FAMILY, name, outcome, reason, group=resolution.state, value=bias.rms, expected=bias.peaks, **more)
 
 
@@ -111,9 +109,8 @@ def _run(loop: Loop, seconds: float, checked: bool):
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the outcome of short runs, one row.
 
-    No run of ``no_loop`` was tried; ``resolved``, ``not_judged`` and ``not_resolved`` completed, by their own report,
-    with the largest errors of the resolved ones; ``refused_good`` of ``good`` runs within the bounds were refused;
-    ``beyond`` are completed ones that are not within, by number and state.
+    ``resolved``, ``not_judged`` and ``not_resolved`` completed, by their own report; ``refused_good`` of ``good`` runs
+    within the bounds were refused; ``beyond`` are completed ones that are not within, by number and state.
     """
     rows = rows[rows["family"] == FAMILY]
     tried = rows[rows["value"].notna()]

@@ -1,6 +1,7 @@
 """Extremes of the chain: 3 to 5,000 pitches, light connectors, digits of the sweep and of the literal product."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -120,21 +121,18 @@ def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
 
 def solver_error(solver: str, chain: Chain) -> float:
     """Return the median over poses of the sweep's residual, or of the literal product's difference from the sweep."""
-    errors = []
+    errors = np.full(SEEDS, np.inf)  # where numbers overflow or the system is singular no digit is left
     for seed in range(SEEDS):
         pose = make_pose(chain, seed)
-        try:
+        with suppress(np.linalg.LinAlgError):
             alpha, base = solve(solver, chain, pose)
-        except np.linalg.LinAlgError:  # numbers overflowed or the system is singular: no digit is left
-            errors.append(np.inf)
-            continue
-        if not (np.isfinite(alpha).all() and np.isfinite(base).all()):
-            errors.append(np.inf)
-        elif solver == "transfer_product":
-            expected, _ = solve("riccati", chain, pose)
-            errors.append(float(np.abs(alpha - expected).max() / np.abs(expected).max()))
-        else:
-            errors.append(newton_euler_residual(chain, pose, alpha, base))
+            if not (np.isfinite(alpha).all() and np.isfinite(base).all()):
+                continue
+            if solver == "transfer_product":
+                expected, _ = solve("riccati", chain, pose)
+                errors[seed] = np.abs(alpha - expected).max() / np.abs(expected).max()
+            else:
+                errors[seed] = newton_euler_residual(chain, pose, alpha, base)
     return float(np.median(errors))
 
 
@@ -180,11 +178,11 @@ def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Itera
 
     The condition of the equations grows with the ratio of the masses, and so does the bound of the residual.
     """
+
+    def light(ratio: float) -> dict:
+        chain = make_chain(rig.changed(**lighter(rig, ratio)), KINDS[0], 70)
+        bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))
+        return below(solver_error("riccati", chain), bound, "residual", group="riccati", at=ratio)
+
     for ratio in ratios:
-        yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
-
-
-def _light(rig: Rig, ratio: float) -> dict:
-    chain = make_chain(rig.changed(**lighter(rig, ratio)), KINDS[0], 70)
-    bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))
-    return below(solver_error("riccati", chain), bound, "residual", group="riccati", at=ratio)
+        yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", light, ratio)

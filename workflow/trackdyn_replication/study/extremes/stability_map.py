@@ -40,8 +40,7 @@ def forced_run(start: Loop, step: float) -> float:
             loop.step(stride)
         except DivergenceError:
             return np.inf
-        kinetic = loop.energy["kinetic"]
-        if not np.isfinite(kinetic):
+        if not np.isfinite(kinetic := loop.energy["kinetic"]):
             return np.inf
         most = max(most, kinetic)
     return most
@@ -50,9 +49,8 @@ def forced_run(start: Loop, step: float) -> float:
 def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
     """Yield runs over a quantity (`QUANTITIES`) and step, without friction and loss: contact stiffness limits the step.
 
-    There is no ring unless its radius is the quantity. The finest step of the reference is 1e-5 s; shorter ones run for
-    as many steps. With their loss, which is damped at the instant of the force, teeth stay stable at a few times the
-    limit. The limit is that at the tension with which the loop has settled.
+    With their loss, which is damped at the instant of the force, teeth stay stable at a few times the limit. The limit
+    is that at the tension with which the loop has settled.
     """
     steps, starts = [1e-3 / count for count in steps_per_ms], SettledLoops()
     bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
@@ -96,10 +94,7 @@ def map_rows(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
 
 
 def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
-
-    ``quantity, value, limit, stable, unstable``; NaN where no step was stable, or none unstable.
-    """
+    """Return predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity."""
     parts = []
     for name in QUANTITIES:
         table = map_rows(rows, name)

@@ -25,9 +25,8 @@ def skew(v: np.ndarray) -> np.ndarray:
 def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
     """Return the (13, 13) transfer matrix of a rigid body with one input and one output.
 
-    ``inertia`` (3, 3) is about the mass centre in the inertial frame, kg m2; ``r_ic`` and ``r_io`` lead from the input
-    to the mass centre and to the output, m; ``omega`` is the angular velocity, rad/s; ``force`` (N) and ``moment`` (N
-    m, about the mass centre) are resultants of the external loads with gravity.
+    ``inertia`` (3, 3) and ``moment`` are about the mass centre; ``r_ic`` and ``r_io`` lead from the input to it and to
+    the output; ``force`` and ``moment`` are resultants of the external loads with gravity.
     """
     spin, centre_to_output = skew(omega), skew(r_io - r_ic)
     centripetal = spin @ (spin @ r_ic)
@@ -48,15 +47,11 @@ def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
 def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
     """Return the (13, 13) transfer matrix of a smooth revolute joint whose bushing turns about the axis.
 
-    ``next_body`` is the `body_matrix` of the outboard body, between this joint and the next one, ``axis`` and
-    ``axis_next`` are their unit axes, ``zeta = Omega_I x axis * phi'`` (rad/s2) with the joint's rate ``phi'``, and
-    ``torque_next`` is that of the next joint on its outboard body along ``axis_next``, N m.
-
+    ``next_body`` is the `body_matrix` between this joint and the next one, and ``zeta = Omega_I x axis * phi'``.
     ``Omega'_O = Omega'_I + axis phi'' + zeta``; everything else passes unchanged. ``phi''`` follows from the torque
-    condition at the next joint, ``axis_next . m = torque_next`` behind the outboard body, and so is linear in the
-    state: ``phi'' = -(u [z + zeta] - torque_next) / D`` with ``u`` the row of that moment and ``D`` its coefficient of
-    ``phi''``. ``D`` is zero, and the matrix infinite, where the axes are parallel and each pin is the other's centre of
-    percussion. The condition of the first joint is used by no element: it belongs to the boundary conditions.
+    condition behind the outboard body, ``axis_next . m = torque_next``: ``phi'' = -(u [z + zeta] - torque_next) / D``
+    with ``u`` the row of that moment and ``D`` its coefficient of ``phi''``, which is zero where the axes are parallel
+    and each pin is the other's centre of percussion. The condition of the first joint is a boundary condition.
     """
     row, out = axis_next @ next_body[6:9], np.eye(STATES)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -67,18 +62,12 @@ def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
 
 
 def joint_acceleration(axis, state_in, state_out) -> float:
-    """Return the joint acceleration phi'' (rad/s2) from the (13,) states on both sides of a joint (Eq. 7).
-
-    The gyroscopic term of Eq. 7 has no component along the (3,) unit ``axis`` and is left out.
-    """
+    """Return the joint acceleration phi'' from both states (Eq. 7), whose gyroscopic term is normal to the axis."""
     return float(axis @ (state_out[3:6] - state_in[3:6]))
 
 
 def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> list[np.ndarray]:
-    """Return transfer matrices of elements 1 to 2 n - 1 of a planar chain in z = 0, cut at joint 2 n.
-
-    Loads as in `accelerations`. Nothing turns out of the plane: transverse moments of inertia cannot matter.
-    """
+    """Return transfer matrices of elements 1 to 2 n - 1 of a planar chain, cut at joint 2 n (`accelerations`)."""
     bodies = []
     for i in range(len(angle)):
         along = np.array([np.cos(angle[i]), np.sin(angle[i]), 0.0])
@@ -105,14 +94,10 @@ def multiply(elements) -> np.ndarray:
 def solve_boundaries(product, first_body, torque_first, torque_cut) -> np.ndarray:
     """Return the (13,) state at the input of body 1 that satisfies boundary conditions and closure (Eqs. 2-5).
 
-    ``product`` is that of `multiply`, ``first_body`` the matrix of body 1; bushing torques of the first joint and of
-    the cut one in N m. Raises `numpy.linalg.LinAlgError`: the product overflowed or the conditions are dependent.
-
     Twelve unknowns, ``x = [r''_1, Omega'_1]`` and the load through the cut ``[m, q]``, which is the same on both sides.
     Twelve rows: two of the three moments and the three forces at the output of the last body (its moment along the axis
     was used by the last joint), the torque of the first joint, the torque of the cut, and its kinematics. Of these,
-    three are satisfied by any planar chain: position along z and the two alignments of the axes. Their loads are
-    indeterminate and set to zero; the motion does not depend on them.
+    any planar chain satisfies three: position along z and both alignments of the axes, whose loads are set to zero.
     """
     matrix, right = np.zeros((12, 12)), np.zeros(12)
     # z_O - z_I of the through-load m_x, m_y, q_x, q_y, q_z, and of the closure in the plane
@@ -127,30 +112,11 @@ def solve_boundaries(product, first_body, torque_first, torque_cut) -> np.ndarra
 
 
 def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> tuple[np.ndarray, np.ndarray]:
-    """Compute accelerations of the closed planar chain by the product of all transfer matrices.
+    """Return the (n,) angular accelerations of a closed planar chain and the (13,) state at the input of body 1.
 
-    Parameters
-    ----------
-    chain : Chain
-        Data of ``n`` bodies.
-    angle, rate : (n,) arrays
-        Angles (rad) and their rates (rad/s).
-    force_x, force_y, moment : (n,) arrays
-        Loads at the mass centres without gravity and bushings, N and N m.
-    torque : (n,) array
-        Bushing torque of the joint behind every body on the outboard one, N m.
-
-    Returns
-    -------
-    alpha : (n,) array
-        Angular accelerations, rad/s2.
-    start : (13,) array
-        State at the input of body 1: its acceleration, and ``[m, q]`` through the cut.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The product overflowed, a body's pins are mutual centres of percussion, or the conditions are dependent.
+    Loads are at the mass centres without gravity and bushings; ``torque`` is that of the bushing behind every body on
+    the outboard one. Raises `numpy.linalg.LinAlgError`: the product overflowed, a body's pins are mutual centres of
+    percussion, or the conditions are dependent.
     """
     elements = elements_of(chain, angle, rate, force_x, force_y, moment, torque)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -167,10 +133,9 @@ def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -
 def growth(chain: Chain) -> float:
     """Return the growth of an error over two bodies of a straight chain; inf if pins are mutual centres of percussion.
 
-    Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of determinant
-    1, so that its eigenvalues are ``mu`` and ``1 / mu``; with its mass centre half-way between the pins, at a distance
-    ``a``, and a radius of gyration ``k``, ``|mu| = (a + k) / |a - k|``. Factors of different bodies do not simply
-    multiply: the growth is the largest eigenvalue of the product of their four matrices, body and joint twice.
+    One body from pin to pin maps transverse acceleration and force by a matrix of determinant 1, with eigenvalues
+    ``mu`` and ``1 / mu``: for a mass centre half-way between the pins, at a distance ``a``, and a radius of gyration
+    ``k``, ``|mu| = (a + k) / |a - k|``. Factors of different bodies do not simply multiply.
     """
     # at rest, without loads, and the joint behind the second body
     straight = chain._replace(**{name: getattr(chain, name)[[0, 1, 0]] for name in chain._fields[:5]}, gravity=0.0)
