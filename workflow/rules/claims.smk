@@ -18,4 +18,4 @@ rule claims:
         rpm=CONFIG.meshing.speed_rpm,
         rounded=CONFIG.rounded_speeds,
         rig=Path(CONFIG.rig).stem,
-    script: "../trackdyn_replication/report/claims.py"
+    script: "../trackdyn_replication/paper/scorecard.py"

@@ -11,7 +11,7 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.scene.step import turn_limit
 from trackdyn.simulation.energy_balance import check_energy_balance
 from trackdyn.simulation.simulate import simulate
-from trackdyn_replication.study.extremes import resolved, restitution, solvers
+from trackdyn_replication.study.extremes import resolved, solvers
 from trackdyn_replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, FAST, REFUSED, attempted
 from trackdyn_replication.study.extremes.stability_map import stability_map
 
@@ -83,7 +83,7 @@ def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
 
 
 def test_one_impact_delivers_what_the_closed_form_says(rig):
-    rows = no_defects(restitution.restitution(rig, (0.01, 0.5, 1.0)))
+    rows = no_defects(solvers.restitution(rig, (0.01, 0.5, 1.0)))
     assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
 
 

@@ -1,12 +1,20 @@
 """The scorecard of a rig, counted and as text."""
 
+from trackdyn.sweeps.snakemake_job import run_job
+
 import re
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 
 import pandas as pd
 
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.cells import listed, significant
+from trackdyn_replication.paper import claims
 from trackdyn_replication.paper.claims import GROUPS, INDEPENDENT, JUDGED, MET, NOT_COMPARABLE, NOT_MET, VERDICTS
+from trackdyn_replication.paper.evidence import collect
+from trackdyn_replication.paper.published import load_cells
 from trackdyn_replication.paper.tracks import RING_VELOCITY, creep_slope, mobilised, percents, track_rows
 
 RADIUS = "C26a"  # of the ring to choose
@@ -218,3 +226,17 @@ def _rounded(text: str) -> str:
     """Round the numbers of a text to three significant digits, those of a fit; a range without width is one number."""
     rounded = re.sub(r"\d+\.\d+", lambda number: significant(float(number[0])), text)
     return re.sub(r"\b(\S+) to \1(?![\d.])", r"\1", rounded)
+
+
+@run_job
+def main(job) -> None:
+    """Rule `claims`."""
+    params, output, path = job.params, job.output, job.input.claims
+    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.rounded)
+    if job.input.cells:
+        evidence = replace(evidence, cells=load_cells(job.input.cells[0]))
+    statements = claims.load_claims(path)
+    card = claims.judge_all(statements, evidence, params.rig)
+    write_csv(output.csv, card)
+    write_csv(output.sentences, sentence_verdicts(card, claims.load_sentences(path)))
+    write_csv(output.numbers, claims.printed_numbers(statements, evidence, params.rig))

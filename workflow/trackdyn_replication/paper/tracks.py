@@ -129,8 +129,11 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
         f"{(states == CHOSEN).sum()} of {len(states)} {name}"
         for name, states in tracks["state"].groupby(bins, observed=False)
     ]
+    engaged = int(tracks["engaged"].sum())
+    all_engaged = f"All {engaged} tracks that mesh as printed"
+    judged = all_engaged if engaged == len(tracks) else f"{len(tracks)} tracks, of which {engaged} mesh as printed,"
     sentences = [
-        f"{_judged_tracks(tracks)} were run from one start with rings in steps of a millimetre, at 115 and 210 rpm: "
+        f"{judged} were run from one start with rings in steps of a millimetre, at 115 and 210 rpm: "
         f"our rule, at most {HALF} of the force of a tooth, recommends a ring on {len(chosen)}, {listed(others)}. "
         f"On {narrow} a ring halves the force of a tooth, but not all up to a millimetre above it. "
         f"By the mobilised friction of a ring of 0.308 m there is a choice on {listed(by_friction)}."
@@ -159,14 +162,6 @@ def ring_sentences(rings: pd.DataFrame, brief: bool = False) -> str:
             f"and moves by a millimetre on {int(moved.between(STEP, 3 * STEP).sum())}."
         )
     return " ".join(sentences[: 2 if brief else None])
-
-
-def _judged_tracks(tracks: pd.DataFrame) -> str:
-    """Count tracks and, of these, those that mesh as printed."""
-    engaged = int(tracks["engaged"].sum())
-    if engaged == len(tracks):
-        return f"All {engaged} tracks that mesh as printed"
-    return f"{len(tracks)} tracks, of which {engaged} mesh as printed,"
 
 
 def _spread(values: pd.Series, form: str) -> str:

@@ -120,8 +120,12 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
         ax.plot(x, y, **bearing, zorder=drawing.Z_MARK)
     contact = {"color": BLACK, "linewidth": 0.8, "linestyle": "-"}
     tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
+    sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])  # of a zigzag from the wheel as drawn to the link
     for _, wheel, q in touching_links(rig, frame, shift):
-        spring = _spring(circles[wheel, :2], q, 0.6 * circles[wheel, 2])
+        centre = circles[wheel, :2]
+        along, left = marks.directions(centre, q)
+        reach = np.linspace(0.6 * circles[wheel, 2], np.hypot(*(q - centre)), 12)
+        spring = centre + np.outer(reach, along) + np.outer(sway, left)
         marks.line(ax, *spring, **contact, zorder=drawing.Z_CONNECTOR)
     away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
     reach = rig.groove_profile.addendum + rig.chain.connector_radius  # Eq. 18
@@ -137,14 +141,6 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     ]
     handles = [marks.handle(name, **look) for name, look in looks]
     ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
-
-
-def _spring(centre, end, start: float) -> np.ndarray:
-    """Draw a zigzag from the distance ``start`` (m) of a centre to a point."""
-    along, left = marks.directions(centre, end)
-    sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
-    reach = np.linspace(start, np.hypot(*(end - centre)), 12)
-    return centre + np.outer(reach, along) + np.outer(sway, left)
 
 
 @styled

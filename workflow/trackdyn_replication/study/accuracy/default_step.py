@@ -17,7 +17,7 @@ from trackdyn.measure.estimators import contact_series
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series, error_against
 from trackdyn.measure.whole_loop import work_series
-from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene
@@ -50,17 +50,13 @@ def measures_of(recording: Recording) -> dict[str, Series]:
     return measures | work_series(recording)
 
 
-def rings_of(rig: Rig) -> list[float | None]:
-    """Return the radii of the rig's own ring and some of a ring study, and None."""
-    return [*sorted({*study_radii(rig, RADII), *([rig.ring_radius] if rig.ring_radius else [])}), None]
-
-
 def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float]] = SPEEDS) -> pd.DataFrame:
     """Return errors and their standard errors of all measures of rigs with several rings and none (``COLUMNS``)."""
     rows = []
     for name in rigs:
         rig = load_rig(name)
-        scenes = [(ring, rpm) for ring in rings_of(rig) for rpm in speeds[RING if ring else NONE]]
+        rings = [*sorted({*study_radii(rig, RADII), *filter(None, [rig.ring_radius])}), None]
+        scenes = [(ring, rpm) for ring in rings for rpm in speeds[RING if ring else NONE]]
         for ring, rpm in scenes:
             seconds = whole_samples(rig.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)
             try:

@@ -30,7 +30,7 @@ def judge_promises(
 ) -> pd.DataFrame:
     """Return the planner's promises for every measure of a scene, and the results.
 
-    Limits are extrapolated from records of ``turns`` revolutions with ``steps`` (s). A tolerance that cannot be promised
+    Limits are extrapolated from records of ``turns`` revolutions with ``steps``. A tolerance that cannot be promised
     has an empty error, an empty ``met``, and its ``reason``.
     """
     base, rows = study_scene(rig, rpm, ring, turns, every_link=True), []

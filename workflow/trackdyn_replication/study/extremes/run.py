@@ -7,8 +7,8 @@ from itertools import chain
 import pandas as pd
 
 from trackdyn.inputs.files import write_csv
-from trackdyn.rig.rig import Rig, load_rig
-from trackdyn_replication.study.extremes import restitution, solvers
+from trackdyn.rig.rig import load_rig
+from trackdyn_replication.study.extremes import solvers
 from trackdyn_replication.study.extremes.judge import COLUMNS
 from trackdyn_replication.study.extremes.long_run import run_long
 from trackdyn_replication.study.extremes.resolved import run_short
@@ -16,13 +16,16 @@ from trackdyn_replication.study.extremes.stability_map import stability_map
 from trackdyn_replication.study.settings import LONG_RUN, ExtremesStudy, short_run_chunks
 
 
-def run_part(rig: Rig, study: ExtremesStudy, family: str) -> pd.DataFrame:
-    """Return rows of a family (``COLUMNS``), or the chunks of the long run; print the outcome of each case."""
+@run_job
+def main(job) -> None:
+    """Rule `extremes_part`: rows of a family, or the chunks of the long run; outcomes go to the log as they come."""
+    rig, study, family = load_rig(job.input.rig), ExtremesStudy(**job.params.study), job.wildcards.family
     if family == LONG_RUN:
-        return run_long(rig, study.long_run_s, study.long_run_turns)
+        write_csv(job.output[0], run_long(rig, study.long_run_s, study.long_run_turns))
+        return
     if family == "chain":
         cases = [solvers.digits(rig, study.bodies), solvers.growth_rates(rig), solvers.light_connectors(rig)]
-        cases.append(restitution.restitution(rig))
+        cases.append(solvers.restitution(rig))
     elif family == "steps":
         cases = [stability_map(rig, *quantity, study.map_steps_per_ms) for quantity in study.map.items()]
     else:
@@ -31,11 +34,4 @@ def run_part(rig: Rig, study: ExtremesStudy, family: str) -> pd.DataFrame:
     for row in chain.from_iterable(cases):
         rows.append(row)
         print(": ".join(filter(None, (row["outcome"], row["family"], row["case"], row["reason"]))), flush=True)
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-@run_job
-def main(job) -> None:
-    """Rule `extremes_part`."""
-    study = ExtremesStudy(**job.params.study)
-    write_csv(job.output[0], run_part(load_rig(job.input.rig), study, job.wildcards.family))
+    write_csv(job.output[0], pd.DataFrame(rows, columns=COLUMNS))

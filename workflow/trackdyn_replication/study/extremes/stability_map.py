@@ -13,8 +13,8 @@ from trackdyn.scene.step import step_limits
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn_replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
-from trackdyn_replication.study.extremes.restitution import STEEL_AND_TOOTH
 
+STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 SECONDS = 0.2
 MOST_STEPS = 200_000
 # A forced run is stable if its kinetic energy never exceeds this many times that of the finest run. Motion
