@@ -1,6 +1,7 @@
 """Named measures of the evidence, the quantities that claims compare with printed ones."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,14 +72,10 @@ def _largest(column: str) -> Measure:
     return Measure(lambda e, speeds: float(_column(e, speeds, column).max()), "records")
 
 
-def _by_start(column: str) -> Measure:
-    """Measure the range of a column over records that begin anywhere in a turn of the loop, at every speed."""
-
-    def evaluate(evidence, speeds):
-        starts = _some(evidence.starts).set_index("rpm")[column]
-        return [_range(starts.loc[[rpm]]) for rpm in speeds]
-
-    return Measure(evaluate, "records", True)
+def _by_start(column: str, evidence, speeds) -> list[Range]:
+    """Return the range of a column over records that begin anywhere in a turn of the loop, by speed."""
+    starts = _some(evidence.starts).set_index("rpm")[column]
+    return [_range(starts.loc[[rpm]]) for rpm in speeds]
 
 
 def _coarse_difference(evidence, speeds) -> list[float]:
@@ -95,49 +92,19 @@ def _high_frequency_growth(evidence, speeds) -> float:
     return _over(_some(values.iloc[1:]).iloc[-1], values.iloc[0])
 
 
-RECORDS = {
-    "rms": _values("rms_g"), "sd": _values("sd_g"), "high_frequency": _values("high_frequency_g"),
-    "line_frequencies_binfree": _values("line_hz_binfree"), "velocity_gap": _largest("velocity_gap_m_s"),
-    "gap_after_projection": _largest("loop_gap_max_m"), "gap_before_projection": _largest("gap_before_projection_m"),
-    "line_frequencies": _by_start("line_hz"), "line_amplitudes": _by_start("line_g"),
-    "coarse_rms_difference": Measure(_coarse_difference, "records", True),
-    "high_frequency_growth": Measure(_high_frequency_growth, "records"),
-}  # fmt: skip
+def _peer(column: str, evidence, speeds) -> list[float]:
+    """Return the largest difference of the vertical displacement from another code's, % of its range (Fig. 14)."""
+    if column not in evidence.peer or evidence.peer[column].isna().all():
+        raise NotThere("not run")
+    return evidence.peer[column].tolist()
 
 
-# The independent code (Fig. 14)
-
-
-def _peer(column: str) -> Measure:
-    """Measure the largest difference of the vertical displacement from another code's, % of its range."""
-
-    def evaluate(evidence, speeds):
-        if column not in evidence.peer or evidence.peer[column].isna().all():
-            raise NotThere("not run")
-        return evidence.peer[column].tolist()
-
-    return Measure(evaluate, "peer")
-
-
-# Cells of the article
-
-
-def _against(cell: str) -> Measure:
-    """Measure the difference of the long records from a column of the article's Table 3, % of it, at every speed."""
-
-    def evaluate(evidence, speeds):
-        theirs = evidence.cells.reindex(speeds)[cell]
-        if missing := [f"{rpm:g}" for rpm in theirs.index[theirs.isna()]]:
-            raise NotThere(f"Table 3 is not filled in: {cell} at {', '.join(missing)} rpm")
-        return value_difference(_column(evidence, speeds, f"{cell.partition('_')[0]}_g"), theirs).tolist()
-
-    return Measure(evaluate, "records", True)
-
-
-OTHERS = {
-    "peer_difference": _peer("difference_pct"), "peer_difference_of_a_belt": _peer("difference_belt_pct"),
-    **{cell.removesuffix("_g").replace("_", "_against_"): _against(cell) for cell in CELLS},
-}  # fmt: skip
+def _against(cell: str, evidence, speeds) -> list[float]:
+    """Return the difference of the long records from a column of the article's Table 3, % of it, by speed."""
+    theirs = evidence.cells.reindex(speeds)[cell]
+    if missing := [f"{rpm:g}" for rpm in theirs.index[theirs.isna()]]:
+        raise NotThere(f"Table 3 is not filled in: {cell} at {', '.join(missing)} rpm")
+    return value_difference(_column(evidence, speeds, f"{cell.partition('_')[0]}_g"), theirs).tolist()
 
 
 # The meshing process (Sect. 6.1)
@@ -208,29 +175,6 @@ def _ring_over_arcs(evidence, speeds) -> float:
     return _over(ring, left + right)
 
 
-MESHING = {
-    "areas_with_ring": _areas("ring"), "areas_without_ring": _areas("no_ring"),
-    "areas_at_maxima": Measure(_areas_at_maxima, "meshing"),
-    "left_maximum_without_ring": _times("no_ring", f"left {MAXIMUM}"),
-    "left_maximum_with_ring": _times("ring", f"left {MAXIMUM}"),
-    "right_maximum_without_ring": _times("no_ring", f"right {MAXIMUM}"),
-    "ring_maximum_with_ring": _times("ring", f"ring {MAXIMUM}"),
-    "ends_without_ring": _times("no_ring", "right gone", "out"), "ends_with_ring": _times("ring", "ring left", "out"),
-    "left_touches_with_ring": _times("ring", "left touches"), "left_outlasts_right": _apart("right gone", "out"),
-    "first_contacts_apart": _apart("first left", "first right", abs),
-    "later_first_contact": Measure(
-        lambda e, speeds: float(np.max(e.event_times("no_ring", ["first left", "first right"]))), "meshing",
-        events=("no_ring", "first left", "first right"),
-    ),
-    "ring_share": _share("ring", "ring"), "left_share": _share("ring", "left"),
-    "left_share_without_ring": _share("no_ring", "left"), "right_share_without_ring": _share("no_ring", "right"),
-    "left_share_ratio": _ratio("left_share_pct"), "left_force_ratio": _ratio("left_rms_n"),
-    "left_peak_ratio": _ratio("left_peak_n"), "left_contact_force_ratio": _ratio("left_rms_contact_n"),
-    "variation_of_forces": Measure(_variation_of_forces, "meshing"),
-    "ring_over_arcs": Measure(_ring_over_arcs, "meshing"),
-}  # fmt: skip
-
-
 # The ring study (Sect. 6.2)
 
 
@@ -291,16 +235,12 @@ def _least_step(values: pd.Series) -> float:
     return float(_ratios(values.iloc[1:], values.shift().iloc[1:]).min(skipna=False))
 
 
-def _spread(least: float = 0.0) -> Measure:
-    """Measure the largest deviation of the left arc's RMS from its mean over radii from ``least`` (m), %, by speed."""
-
-    def evaluate(evidence, speeds):
-        values = [table["left_rms_n"][table.index >= least - SAME] for table in _carrying(evidence, speeds)]
-        if not all(forces.any() for forces in values):
-            raise NotThere("no force acts")
-        return [float(100 * (_some(forces) / forces.mean() - 1).abs().max(skipna=False)) for forces in values]
-
-    return Measure(evaluate, "study", True)
+def _spread(least: float, evidence, speeds) -> list[float]:
+    """Return the largest deviation of the left arc's RMS from its mean over radii from ``least`` (m), %, by speed."""
+    values = [table["left_rms_n"][table.index >= least - SAME] for table in _carrying(evidence, speeds)]
+    if not all(forces.any() for forces in values):
+        raise NotThere("no force acts")
+    return [float(100 * (_some(forces) / forces.mean() - 1).abs().max(skipna=False)) for forces in values]
 
 
 def _radius(evidence: Evidence, speeds) -> float:
@@ -320,7 +260,43 @@ def _excess_over_equal_pitch(evidence, speeds) -> list[float]:
     return [radius - reading for reading in evidence.rig.equal_pitch_radii.values()]
 
 
-STUDY = {
+MEASURES: dict[str, Measure] = {
+    # long records (Sect. 5)
+    "rms": _values("rms_g"), "sd": _values("sd_g"), "high_frequency": _values("high_frequency_g"),
+    "line_frequencies_binfree": _values("line_hz_binfree"), "velocity_gap": _largest("velocity_gap_m_s"),
+    "gap_after_projection": _largest("loop_gap_max_m"), "gap_before_projection": _largest("gap_before_projection_m"),
+    "line_frequencies": Measure(partial(_by_start, "line_hz"), "records", True),
+    "line_amplitudes": Measure(partial(_by_start, "line_g"), "records", True),
+    "coarse_rms_difference": Measure(_coarse_difference, "records", True),
+    "high_frequency_growth": Measure(_high_frequency_growth, "records"),
+    # the independent code (Fig. 14), cells of the article
+    "peer_difference": Measure(partial(_peer, "difference_pct"), "peer"),
+    "peer_difference_of_a_belt": Measure(partial(_peer, "difference_belt_pct"), "peer"),
+    **{
+        cell.removesuffix("_g").replace("_", "_against_"): Measure(partial(_against, cell), "records", True)
+        for cell in CELLS
+    },
+    # the meshing process (Sect. 6.1)
+    "areas_with_ring": _areas("ring"), "areas_without_ring": _areas("no_ring"),
+    "areas_at_maxima": Measure(_areas_at_maxima, "meshing"),
+    "left_maximum_without_ring": _times("no_ring", f"left {MAXIMUM}"),
+    "left_maximum_with_ring": _times("ring", f"left {MAXIMUM}"),
+    "right_maximum_without_ring": _times("no_ring", f"right {MAXIMUM}"),
+    "ring_maximum_with_ring": _times("ring", f"ring {MAXIMUM}"),
+    "ends_without_ring": _times("no_ring", "right gone", "out"), "ends_with_ring": _times("ring", "ring left", "out"),
+    "left_touches_with_ring": _times("ring", "left touches"), "left_outlasts_right": _apart("right gone", "out"),
+    "first_contacts_apart": _apart("first left", "first right", abs),
+    "later_first_contact": Measure(
+        lambda e, speeds: float(np.max(e.event_times("no_ring", ["first left", "first right"]))), "meshing",
+        events=("no_ring", "first left", "first right"),
+    ),
+    "ring_share": _share("ring", "ring"), "left_share": _share("ring", "left"),
+    "left_share_without_ring": _share("no_ring", "left"), "right_share_without_ring": _share("no_ring", "right"),
+    "left_share_ratio": _ratio("left_share_pct"), "left_force_ratio": _ratio("left_rms_n"),
+    "left_peak_ratio": _ratio("left_peak_n"), "left_contact_force_ratio": _ratio("left_rms_contact_n"),
+    "variation_of_forces": Measure(_variation_of_forces, "meshing"),
+    "ring_over_arcs": Measure(_ring_over_arcs, "meshing"),
+    # the ring study (Sect. 6.2)
     "left_rms_with_speed": _with_speed("left_rms_n"), "ring_rms_with_speed": _with_speed("ring_rms_n"),
     "left_sd_with_speed": _with_speed("left_sd_n"), "ring_sd_with_speed": _with_speed("ring_sd_n"),
     "left_growth_over_ring_growth": Measure(_left_over_ring_growth, "study"),
@@ -329,12 +305,11 @@ STUDY = {
     "ring_growth_with_radius": _by_radius(lambda values: _over(values.iloc[-1], values.iloc[0]), "ring_rms_n"),
     "right_share_from_0305": _by_radius(lambda values: _range(values).high, "right_share_pct", 0.305),
     "right_share_below_0305": _by_radius(lambda values: float(values.iloc[-1]), "right_share_pct", below=0.305),
-    "left_spread": _spread(), "left_spread_from_0305": _spread(0.305),
+    "left_spread": Measure(partial(_spread, 0.0), "study", True),
+    "left_spread_from_0305": Measure(partial(_spread, 0.305), "study", True),
     "left_shares_from_0307": _by_radius(_range, "left_share_pct", 0.307),
     "radius_to_choose": Measure(_radius, "study"),
     "radius_by_durations": Measure(_radius_by_durations, "study"),
     "radius_by_speed": Measure(lambda e, speeds: [_radius(e, [rpm]) for rpm in speeds], "study", True),
     "excess_over_equal_pitch": Measure(_excess_over_equal_pitch, "study"),
 }  # fmt: skip
-
-MEASURES: dict[str, Measure] = RECORDS | OTHERS | MESHING | STUDY

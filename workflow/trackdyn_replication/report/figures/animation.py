@@ -14,7 +14,6 @@ from trackdyn.inputs.files import replacing
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots import drawing
 from trackdyn.plots.style import styled
-from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn_replication.report import marks
 from trackdyn_replication.report.figures.meshing import LOOKS, contacts_at, draw_force
@@ -26,11 +25,10 @@ PACE = 2.0  # the GIF is slower than the run by this factor
 BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m
 
 
-def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
+def draw_moment(ax: Axes, recording: Recording, index: int, near: bool) -> None:
     """Draw wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
-    frame = recording.frame[index]
-    shift = recording.layout.tensioner_shift_m
-    drawing.draw_loop(ax, rig, frame, shift, recording.scene.ring_radius)
+    rig, frame = recording.scene.rig, recording.frame[index]
+    drawing.draw_loop(ax, rig, frame, recording.layout.tensioner_shift_m, recording.scene.ring_radius)
     # a configuration and a sample are both taken at the end of their interval
     sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))
     bar, chain = BAR if near else BAR_IN_LOOP, drawing.chain_points(rig, frame)
@@ -60,13 +58,12 @@ def write_animation(recording: Recording, path: Path | str) -> None:
 
     After a turn every body is at the position of another of its kind, so the GIF repeats without a jump.
     """
-    rig, between = recording.scene.rig, recording.scene.frame_interval
-    stride = max(1, round(INTERVAL / between))
-    step = stride * between
+    scene = recording.scene
+    stride = max(1, round(INTERVAL / scene.frame_interval))
+    step = stride * scene.frame_interval
     indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]
     figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="none")  # axes are placed by hand
     FigureCanvasAgg(figure)
-    scene = recording.scene
     figure.suptitle(f"{scene.motor_rpm:g} rpm, {drawing.ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
     handles = [
         marks.handle(words, **LOOKS[side] | {"linestyle": "-"}, markersize=4)
@@ -83,7 +80,7 @@ def write_animation(recording: Recording, path: Path | str) -> None:
         for ax in (near, complete):
             for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts):  # quicker than to clear the axes
                 artist.remove()
-            draw_moment(ax, rig, recording, index, near=ax is near)
+            draw_moment(ax, recording, index, near=ax is near)
         figure.canvas.draw()
         picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB")
         palette = pictures[0] if pictures else picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)

@@ -17,8 +17,7 @@ from trackdyn_replication.study.settings import LONG_RUN, ExtremesStudy, parts_o
 
 SOLVERS = {"riccati": (BLUE, "Riccati"), "transfer_product": (VERMILION, "transfer product")}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
-# above this every digit is lost: points beyond say no more
-ALL_LOST = 1e6
+ALL_LOST = 1e6  # above this every digit is lost: points beyond say no more
 
 
 @styled
@@ -58,9 +57,9 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
 def stability_figure(rows: pd.DataFrame) -> Figure:
     """Draw forced runs over step and one quantity per panel, with the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
-    limits = stable_steps(rows)
-    figure = new_figure(2.2 * ((len(kinds) + 1) // 2))
-    panels = figure.subplots((len(kinds) + 1) // 2, 2, squeeze=False).ravel()
+    limits, high = stable_steps(rows), (len(kinds) + 1) // 2
+    figure = new_figure(2.2 * high)
+    panels = figure.subplots(high, 2, squeeze=False).ravel()
     for ax, name in zip(panels, kinds, strict=False):
         table = map_rows(rows, name)
         stable, bounded = table["value"] <= table["bound"], np.isfinite(table["value"])
@@ -81,8 +80,7 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
         ax.xaxis.set_minor_formatter(NullFormatter())
     for ax in panels[len(kinds) :]:
         ax.set_axis_off()
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

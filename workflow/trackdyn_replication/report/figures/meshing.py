@@ -34,10 +34,11 @@ LOOKS = {
     "ring": {"color": GREEN, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
 }
 NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True)) | {"ring": "link ahead on the ring"}
-BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
+AROUND = 0.05  # shown before the first and after the last contact, turns
+LEFT_ARC = "first contact of the left arc"
 # printed event: the measured one; maxima are defined as in claims
 MEASURED = {
-    "first contact of the right arc": "first right", "first contact of the left arc": "first left",
+    "first contact of the right arc": "first right", LEFT_ARC: "first left",
     "right contact gone": "right gone", "out of engagement": "out", "ring first touched": "ring touched",
     "ring left": "ring left",
 }  # fmt: skip
@@ -54,13 +55,13 @@ LABEL = np.array([0.025, 0.009])  # half of the width and of the height of a for
 # panels in the order of the paper: title, event of the passage, printed event
 ENGAGE, BOTH = "about to engage", "both arcs in contact"
 WITHOUT_RING = (
-    (ENGAGE, None, ENGAGE), (BOTH, None, "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    (ENGAGE, None, ENGAGE), (BOTH, None, LEFT_ARC), ("left maximum", None, "left maximum"),
     ("right maximum", None, "right maximum"), ("only the left arc", "right gone", "right contact gone"),
     ("out of engagement", "out", "out of engagement"),
 )  # fmt: skip
 WITH_RING = (
     ("link ahead on the ring", "ring touched", "ring first touched"), ("ring maximum", None, "ring maximum"),
-    ("left arc touches", "left touches", "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    ("left arc touches", "left touches", LEFT_ARC), ("left maximum", None, "left maximum"),
     ("ring left", "ring left", "ring left"), ("out of engagement", "out", "out of engagement"),
 )  # fmt: skip
 
@@ -74,7 +75,6 @@ class Selected:
     number: int  # index of the passage in the record
     first: float  # first contact, s since the beginning of the record
     last: float  # last contact, s since the beginning of the record
-    turn_s: float  # time of a sprocket turn, s
     sides: pd.DataFrame  # rows of :func:`trackdyn.measure.contacts.passages`, by side
     force: np.ndarray  # (s, 3) left arc, right arc, link ahead on the ring, N
     area: np.ndarray  # (s, 2) areas of the arcs, 0 without contact
@@ -104,15 +104,16 @@ def select_passage(recording: Recording) -> Selected:
     touching = contacts(recording)
     grooves = touching["groove"][(touching["passage"] == number) & (touching["groove"] > 0)]
     groove = int(grooves[0]) if len(grooves) else 0
-    area, time, turn_s = recording.area[:, columns[connector]], recording.time - first, recording.periods.turn
-    return Selected(connector, groove, number, first, last, turn_s, sides, force, area, time)
+    area, time = recording.area[:, columns[connector]], recording.time - first
+    return Selected(connector, groove, number, first, last, sides, force, area, time)
 
 
-def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
+def printed_times(recording: Recording) -> dict[str, float]:
     """Return printed times of events after the first printed contact, s, scaled to the speed of the sprocket."""
+    ring = recording.scene.ring_radius is not None
     times = published.EVENTS_WITH_RING if ring else published.EVENTS_WITHOUT_RING
     first = min(time for event, time in times.items() if "first" in event)
-    scale = turn_s * 115 / (60 * published.TRANSMISSION_RATIO)
+    scale = recording.periods.turn * 115 / (60 * published.TRANSMISSION_RATIO)
     return {event: (time - first) * scale for event, time in times.items()}
 
 
@@ -121,11 +122,11 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
 
     A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``.
     """
-    ring = recording.scene.ring_radius is not None
     times = mean_events(recording).set_index("event")["median_s"]
+    names = MEASURED if recording.scene.ring_radius is None else MEASURED | {LEFT_ARC: "left touches"}
     rows = {}
-    for event, time in printed_times(ring, recording.periods.turn).items():
-        name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
+    for event, time in printed_times(recording).items():
+        name = names.get(event, event)
         step = times.get(name, np.nan) if name.endswith("maximum") else np.nan
         rows[event] = {"printed": time, "here": times.get(name.replace("maximum", MAXIMUM), np.nan), "step": step}
     return pd.DataFrame(rows).T
@@ -137,15 +138,13 @@ def passage_figure(recording: Recording) -> Figure:
 
     Single marks in (a) are the largest force of all time steps; one far above the curves is an arrow with its value.
     """
-    shown = select_passage(recording)
-    scene = recording.scene
-    ring = scene.ring_radius is not None
-    low, high = -BEFORE * shown.turn_s, shown.last - shown.first + AFTER * shown.turn_s
+    shown, scene, turn = select_passage(recording), recording.scene, recording.periods.turn
+    low, high = -AROUND * turn, shown.last - shown.first + AROUND * turn
     inside = (shown.time >= low) & (shown.time <= high)
     time = shown.time[inside]
     figure = new_figure(6.2)
     forces, areas, times = figure.subplots(3, 1, sharex=True, height_ratios=(1.8, 0.8, 1.3))
-    sides = SIDES if ring else SIDES[:2]
+    sides = SIDES[:2] if scene.ring_radius is None else SIDES
     highest = max(shown.force[inside, : len(sides)].max(), 1.0)
     peaks: list[Line2D] = []
     beyond = 0  # arrows, whose labels stand below each other
@@ -167,18 +166,19 @@ def passage_figure(recording: Recording) -> Figure:
     times.set_xlim(low, high)
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
     title = f"Connector {shown.connector} in groove {shown.groove}, {drawing.ring_words(scene.ring_radius)}"
-    figure.suptitle(f"{title}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn_s:.3f} s", x=0.01, ha="left")
+    figure.suptitle(f"{title}, {scene.motor_rpm:g} rpm; a sprocket turn takes {turn:.3f} s", x=0.01, ha="left")
     for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, EVENTS)):
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
     areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
     times.set_xlabel("time since the first contact (s)")
     curves, labels = forces.get_legend_handles_labels()
+    if peaks:
+        curves.append(tuple(peaks))
+        labels.append("largest of all time steps")
     handles, names = times.get_legend_handles_labels()
-    handles = [*curves, *([tuple(peaks)] if peaks else []), *handles]
-    labels += [*(["largest of all time steps"] if peaks else []), *names]
     spread = {tuple: HandlerTuple(ndivide=None, pad=0.6)}
-    figure.legend(handles, labels, handler_map=spread, loc="outside lower center", ncols=2)
+    figure.legend([*curves, *handles], [*labels, *names], handler_map=spread, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -235,7 +235,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
     """
     ring = recording.scene.ring_radius is not None
-    printed = printed_times(ring, selected.turn_s)
+    printed = printed_times(recording)
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - selected.first
     measured = passage_events(recording).loc[selected.number]
@@ -244,27 +244,25 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
     inside, chosen = (selected.time >= 0) & (selected.time <= selected.last - selected.first), []
     for title, event, index in WITH_RING if ring else WITHOUT_RING:
         side, _, phase = title.partition(" ")
-        maximum = phase == "maximum" and side in SIDES
-        if maximum and not selected.sides.loc[side, "count"]:
-            continue
-        if maximum:
+        if phase == "maximum":
+            row = selected.sides.loc[side]
+            if not row["count"]:
+                continue
             force = uniform_filter1d(selected.force[:, SIDES.index(side)], max(round(RESOLUTION * recording.rate), 1))
             time = float(selected.time[inside][np.argmax(force[inside])])
-        else:
-            time = special[title] if event is None else measured[event]
-        if not np.isfinite(time):
-            continue
-        peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
-        if maximum:
-            row, frame = selected.sides.loc[side], int(np.argmin(np.abs(frames - time)))
+            frame = int(np.argmin(np.abs(frames - time)))
             peak = f"largest {row['peak_n']:.0f} N at {row['highest_s'] - selected.first:.3f} s"
-        sample = round(recording.frame_time[frame] * recording.rate) - 1
-        chosen.append(Moment(title, time, printed[index], frame, sample, peak))
+        else:
+            time, peak = special[title] if event is None else measured[event], ""
+            frame = min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
+        if np.isfinite(time):
+            sample = round(recording.frame_time[frame] * recording.rate) - 1
+            chosen.append(Moment(title, time, printed[index], frame, sample, peak))
     return chosen
 
 
 @styled
-def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
+def screenshot_figure(recording: Recording) -> Figure:
     """Draw six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
 
     Every panel follows the connector; the small picture shows where on the sprocket it is.
@@ -276,7 +274,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     for ax in axes:
         ax.set_axis_off()
     for ax, letter, moment in zip(axes, "abcdef", panels, strict=False):
-        _draw_panel(ax, rig, recording, selected, moment)
+        _draw_panel(ax, recording, selected, moment)
         text = f"({letter}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
     ring, rpm = recording.scene.ring_radius, recording.scene.motor_rpm
@@ -289,7 +287,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     figure.suptitle(text, x=0.01, ha="left", fontsize=8)
     handles: list = [Patch(**drawing.MARKED, label=f"connector {selected.connector}")]
     if ring is not None:
-        ahead = rig.link_ahead(selected.connector)
+        ahead = recording.scene.rig.link_ahead(selected.connector)
         handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
         if selected.sides.loc[side, "count"]:
@@ -300,8 +298,8 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     return figure
 
 
-def _draw_panel(ax: Axes, rig: Rig, recording: Recording, selected: Selected, moment: Moment) -> None:
-    frame, ring = recording.frame[moment.frame], recording.scene.ring_radius
+def _draw_panel(ax: Axes, recording: Recording, selected: Selected, moment: Moment) -> None:
+    frame, rig, ring = recording.frame[moment.frame], recording.scene.rig, recording.scene.ring_radius
     pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
     connector, link = 2 * selected.connector - 1, 2 * selected.connector % (2 * rig.chain.pitches)
     bodies = [connector] if ring is None else [connector, link]
@@ -379,4 +377,4 @@ def main(job) -> None:
     for path, passage, screenshots in ((inputs.no_ring, out.fig19, out.fig20), (inputs.ring, out.fig21, out.fig22)):
         recording = load_recording(path)
         save(passage_figure(recording), passage[0])
-        save(screenshot_figure(recording.scene.rig, recording), screenshots[0])
+        save(screenshot_figure(recording), screenshots[0])

@@ -61,9 +61,9 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
 
     Tables are those of `trackdyn_replication.peers.comparison.compare_codes`.
     """
-    readings = list(summary["reading"])
-    figure = new_figure(2.6 * len(readings) + 0.7)
-    axes = figure.subplots(2 * len(readings), 1, height_ratios=(1.5, 1.0) * len(readings), squeeze=False)[:, 0]
+    count = len(summary)
+    figure = new_figure(2.6 * count + 0.7)
+    axes = figure.subplots(2 * count, 1, height_ratios=(1.5, 1.0) * count, squeeze=False)[:, 0]
     for i, row in enumerate(summary.to_dict("records")):
         above, below = axes[2 * i : 2 * i + 2]
         curve = curves[curves["reading"] == row["reading"]]
@@ -84,17 +84,15 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     above.set_ylabel("y of the link (m)")
     above.set_xlim(time[0], time[-1])
     below.set_ylabel("difference\n(% of range)")
-    limit = published.DISPLACEMENT_DIFFERENCE
     if missing:
         box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
         below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
         below.set_yticks([])
         return
-    other = curve["exudyn_m"].to_numpy()
+    other, limit = curve["exudyn_m"].to_numpy(), published.DISPLACEMENT_DIFFERENCE
     above.plot(*thin(time, other), **PEER, label="Exudyn")
     difference = np.maximum(100 * np.abs(other - ours) / np.ptp(ours), LEAST_DIFFERENCE)
-    # it keeps crossing zero
-    edges, largest = upper_edge(difference, 300)
+    edges, largest = upper_edge(difference, 300)  # it keeps crossing zero
     below.plot(time[edges[:-1]], largest, **PEER)
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
     below.set_yscale("log")

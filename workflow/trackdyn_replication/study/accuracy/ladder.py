@@ -21,8 +21,7 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.study.accuracy.record_statistics import BELT_TURNS, NAN, TENSION, statistics_of
 from trackdyn_replication.study.variants import REFERENCE, SETTINGS
 
-# At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
-LEAD_IN = 2.0
+LEAD_IN = 2.0  # s: some settings have softer modes than the ring study, and their own transients
 MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 
 

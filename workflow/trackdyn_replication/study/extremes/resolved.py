@@ -18,9 +18,7 @@ from trackdyn_replication.study.extremes.judge import COMPLETED, DEFECT, MARKED,
 
 FAMILY = "short runs"
 SEED = 20261215
-# At most this fraction of good runs may be refused; a run that completes is within `step_check.RMS` and
-# `step_check.PEAKS`.
-REFUSED_GOOD = 0.03
+REFUSED_GOOD = 0.03  # of the good runs may be refused; one that completes is within `step_check.RMS` and `PEAKS`
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more
 # parameters of odd rigs, each times a factor from two decades

@@ -26,8 +26,7 @@ EPS = float(np.finfo(float).eps)
 # Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
 # body far away depends on all bodies between, so that the error may grow with their number squared.
 LEAST_ERROR = 1e-12
-# Tolerance of the logarithm of the growth a body: a loop is not a straight line.
-GROWTH_TOLERANCE = 0.2
+GROWTH_TOLERANCE = 0.2  # of the logarithm of the growth a body: a loop is not a straight line
 
 
 # a chain in motion: angles and rates, forces x and y and moments at the mass centres, bushing torques
@@ -87,9 +86,8 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
 def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
     """Return the residual of the equations of motion over their largest term, in extended precision and O(n).
 
-    Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
-    chain but for the force through the cut; that one is taken where Euler's equations fit best. The
-    residual is of Euler's equations, the force behind the last body and the closure of the pins.
+    Joint forces follow from Newton's law along the chain but for the force through the cut, which is taken where
+    Euler's equations fit best. The residual is of these, the force behind the last body and the closure of the pins.
     """
     long = np.longdouble
     angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
@@ -183,10 +181,8 @@ def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Itera
     """
 
     def light(ratio: float) -> dict:
-        lighter = {
-            f"chain__connector_{name}": getattr(rig.chain, f"link_{name}") / ratio for name in ("mass", "inertia")
-        }
-        chain = make_chain(rig.changed(**lighter), KINDS[0], 70)
+        mass, inertia = rig.chain.link_mass / ratio, rig.chain.link_inertia / ratio
+        chain = make_chain(rig.changed(chain__connector_mass=mass, chain__connector_inertia=inertia), KINDS[0], 70)
         bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))
         return below(solver_error("riccati", chain), bound, "residual", group="riccati", at=ratio)
 
