@@ -53,7 +53,10 @@ def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
 def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     """Word the results of plausible tracks: tables ``sentences``, ``map``, ``draws``, ``mobilised`` and ``rings``."""
     share = share_of_tracks(track_rows(tables["sentences"]), FREE, ENGAGED)
-    low, other = creep_counts(tables["map"], FREE)
+    cells = tables["map"][tables["map"]["name"].astype(str) == FREE]
+    slips = cells["creep_high"] <= RUBBER[0]
+    sums = (cells.loc[mask, ["shown", "decided"]].sum() for mask in (slips, ~slips))
+    low, other = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
     friction = mobilised(tables["mobilised"], RUBBER[0])
     return [
         f"{follows_sentence(tables['sentences'], tables['draws'])} {SHARES_READ}",
@@ -95,15 +98,6 @@ def creep_slope(parameters: pd.DataFrame) -> float:
     """Creep slope of a rig's ring, its friction over the velocity at which it is reached, s/m."""
     of_rig = parameters.set_index("name")["value"]
     return float(of_rig["ring_contact.friction_static"]) / float(of_rig[RING_VELOCITY])
-
-
-def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
-    """Tracks that show a sentence of those with a creep slope below that assumed for rubber, and of the others."""
-    rows = binned[binned["name"].astype(str) == name]
-    low = rows["creep_high"] <= RUBBER[0]
-    sums = (rows.loc[mask, ["shown", "decided"]].sum() for mask in (low, ~low))
-    first, second = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
-    return first, second
 
 
 def of_start(rings: pd.DataFrame, rule: str, start: int = 0) -> pd.DataFrame:

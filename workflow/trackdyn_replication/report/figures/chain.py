@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from trackdyn.plots import drawing
-from trackdyn.plots.drawing import Z_MARK
 from trackdyn.plots.style import BLACK, SMALL, VERMILION, new_figure, styled
 from trackdyn.rig.layout import belt_path
 from trackdyn.rig.rig import Rig
@@ -57,9 +56,8 @@ def piece_figure(rig: Rig) -> Figure:
     ):
         marks.leader(stretched, point, name, (point[0] + 0.003, high + up))
     for body in (2, 3):
-        stretched.plot(*(0.5 * (pins[body] + pins[body + 1])), marker="+", color=BLACK, zorder=Z_MARK)
+        stretched.plot(*(0.5 * (pins[body] + pins[body + 1])), marker="+", color=BLACK, zorder=drawing.Z_MARK)
     stretched.set(ylim=(low - 0.064, high + 0.075), xlim=(-0.02, pins[-1, 0] + 0.125))
-    free.set_xlim(stretched.get_xlim())
     stretched.set_title("(a) stretched piece")
     angle = rig.bushing.free_angle
     phi = ENLARGED * angle
@@ -71,7 +69,7 @@ def piece_figure(rig: Rig) -> Figure:
     text = rf"$\varphi_0$ = {angle:g} rad ({np.degrees(angle):.1f}°), drawn {ENLARGED} times larger"
     point = joint + reach * marks.polar(2.5 * phi)
     marks.leader(free, point, text.replace("-", "\N{MINUS SIGN}"), (0.5 * pins[-1, 0] + 0.1, high + 0.035))
-    free.set_ylim(pins[:, 1].min() - 0.035, high + 0.05)
+    free.set(xlim=stretched.get_xlim(), ylim=(pins[:, 1].min() - 0.035, high + 0.05))
     free.set_title("(b) the same piece with its bushings unloaded")
     for ax in (stretched, free):
         marks.bare(ax)
@@ -127,17 +125,17 @@ def _draw_loop(ax: Axes, kinds: list[str]) -> None:
     square = 0.9 * half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     for number, kind in zip(range(1, count, 2), kinds, strict=True):
         body, joint, outboard = places[number - 1], places[number], places[(number + 1) % count]
-        look = {"facecolor": KINDS[kind][0], "edgecolor": drawing.EDGE, "linewidth": 0.7, "zorder": Z_MARK}
+        look = {"facecolor": KINDS[kind][0], "edgecolor": drawing.EDGE, "linewidth": 0.7, "zorder": drawing.Z_MARK}
         ax.add_patch(Polygon(body + square, **look) if kind == "connector" else Circle(body, half, **look))
         if spacing > 0.3:
-            ax.text(*body, str(number), ha="center", va="center", fontsize=SMALL, zorder=Z_MARK + 2)
+            ax.text(*body, str(number), ha="center", va="center", fontsize=SMALL, zorder=drawing.Z_MARK + 2)
         elif number % EVERY == 1:
             outward = marks.directions(places[number - 2], joint)[1]
             marks.write_mark(ax, body + 0.28 * outward, str(number), fontsize=SMALL)
         step, left = marks.directions(body, outboard)
         marks.arrow(ax, body + half * step, outboard - half * step, linewidth=0.8, mutation_scale=6)
     ends = [joint + 0.45 * spacing * left, joint - 0.45 * spacing * left]
-    marks.line(ax, *ends, color=VERMILION, linewidth=2.2, zorder=Z_MARK + 1)
+    marks.line(ax, *ends, color=VERMILION, linewidth=2.2, zorder=drawing.Z_MARK + 1)
     marks.leader(ax, ends[1], f"joint {count}, cut", joint - 0.42 * left)
     handles = []
     for kind in dict.fromkeys(kinds):

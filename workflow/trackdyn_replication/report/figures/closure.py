@@ -30,10 +30,9 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
         ax.plot(time, opened, color=colour, linestyle="none", marker=".", markersize=2.0)
     limit = published.LOOP_GAP
     ax.axhline(limit, **PRINTED, linewidth=1.4, zorder=4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
-    ax.set_yscale("log")
-    ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")
+    longest = max(len(recording.gap) / recording.rate for recording in recordings.values())
+    ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)", yscale="log", xlim=(0, longest))
     ax.set_title("Closure error of the cut joint after (lines) and before (dots) the projection")
-    ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
     figure.legend(loc="outside lower center", ncols=1)
     return figure
 

@@ -14,7 +14,6 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 
 from trackdyn.contact.laws import closest_point, find_area
 from trackdyn.plots import drawing
-from trackdyn.plots.drawing import Z_MARK
 from trackdyn.plots.style import BLACK, PURPLE, SMALL, new_figure, styled
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_tooth
@@ -236,8 +235,18 @@ def flow_figure(rig: Rig) -> Figure:
     figure = new_figure(8.4)
     ax = figure.subplots()
     steps = contact_steps(rig)
+    text_look = {"ha": "center", "va": "center", "zorder": drawing.Z_MARK + 1, "fontsize": SMALL}
     for name, step in steps.items():
-        _draw_step(ax, step, "round,pad=0,rounding_size=0.3" if name in ("start", "end") else "square,pad=0")
+        centre, look = np.array([step.x, step.y]), {"edgecolor": BLACK, "linewidth": 0.9, "zorder": drawing.Z_MARK}
+        if step.question:
+            corners = centre + step.half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
+            ax.add_patch(Polygon(corners, facecolor=drawing.CONNECTOR, **look))
+        else:
+            box = "round,pad=0,rounding_size=0.3" if name in ("start", "end") else "square,pad=0"
+            look |= {"boxstyle": box, "facecolor": ACTION}
+            ax.add_patch(FancyBboxPatch(centre - step.half, *(2 * step.half), **look))
+        ax.text(*(centre + [0, 0.13]), step.text, **text_look)
+        ax.text(*(centre - [0, 0.19]), step.function, family="DejaVu Sans Mono", **text_look)
     for start, end, text, *corners in WAYS:
         _draw_way(ax, steps[start], steps[end], text, corners)
     ax.set(xlim=(0.0, 12.3), ylim=(-2.4, 13.6))
@@ -246,26 +255,14 @@ def flow_figure(rig: Rig) -> Figure:
     return figure
 
 
-def _draw_step(ax: Axes, step: Step, box: str) -> None:
-    centre = np.array([step.x, step.y])
-    look = {"edgecolor": BLACK, "linewidth": 0.9, "zorder": Z_MARK}
-    if step.question:
-        corners = centre + step.half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
-        ax.add_patch(Polygon(corners, facecolor=drawing.CONNECTOR, **look))
-    else:
-        ax.add_patch(FancyBboxPatch(centre - step.half, *(2 * step.half), boxstyle=box, facecolor=ACTION, **look))
-    look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1, "fontsize": SMALL}
-    ax.text(*(centre + [0, 0.13]), step.text, **look)
-    ax.text(*(centre - [0, 0.19]), step.function, family="DejaVu Sans Mono", **look)
-
-
 def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
     points = np.array([(start.x, start.y), *corners, (end.x, end.y)], dtype=float)
     for at, neighbour, step in ((0, 1, start), (-1, -2, end)):
         points[at] += np.sign(points[neighbour] - points[at]) * step.half
-    ax.plot(*points[:-1].T, "-", color=BLACK, linewidth=0.9, zorder=Z_MARK - 1)
+    ax.plot(*points[:-1].T, "-", color=BLACK, linewidth=0.9, zorder=drawing.Z_MARK - 1)
     marks.arrow(ax, points[-2], points[-1], linewidth=0.9)
     if text:
         step = np.sign(points[1] - points[0])
         position = points[0] + step * 0.16 + (np.array([0.0, 0.16]) if step[0] else np.array([0.1, -0.04]))
-        ax.text(*position, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=SMALL, zorder=Z_MARK + 1)
+        look = {"ha": "right" if step[0] < 0 else "left", "va": "center", "zorder": drawing.Z_MARK + 1}
+        ax.text(*position, text, fontsize=SMALL, **look)

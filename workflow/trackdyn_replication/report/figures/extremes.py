@@ -41,8 +41,9 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
             errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
     longest = table.loc[table["measure"] != "residual", "at"].astype(float).max()
-    errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * longest), ylim=(3e-17, ALL_LOST))
-    errors.set_ylabel("relative difference")
+    errors.set(
+        xscale="log", yscale="log", ylabel="relative difference", xlim=(5, 1.2 * longest), ylim=(3e-17, ALL_LOST)
+    )
     errors.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     errors.xaxis.set_major_formatter("{x:g}")
     errors.xaxis.set_minor_formatter(NullFormatter())

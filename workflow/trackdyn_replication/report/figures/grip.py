@@ -59,9 +59,8 @@ def _draw_window(ax: Axes, table: pd.DataFrame) -> None:
         ax.plot(x[shown], middle[shown], color=colour, label=label)
     for law, marker in zip(("Eq. 10", "Dahl's law"), MARKERS, strict=False):
         ax.plot([], [], marker, color="0.4", markersize=3, label=law)
-    ax.set(xscale="log", ylim=(None, top), xlabel="mobilised friction of the ring at 0.308 m (1)")
-    ax.set_ylabel("ring radius less polygon radius (mm)")
-    ax.set_title("Radii at which an arc lets go or comes back")
+    ax.set(xscale="log", ylim=(None, top), title="Radii at which an arc lets go or comes back")
+    ax.set(xlabel="mobilised friction of the ring at 0.308 m (1)", ylabel="ring radius less polygon radius (mm)")
     ax.figure.legend(loc="outside lower center", fontsize=SMALL, ncols=2)
 
 

@@ -307,8 +307,7 @@ def sector_figure(rig: Rig) -> Figure:
             marks.radius(rolling, centre, foot, "$r_C$")
     centre_line = marks.handle("centre of a rolling arc", **TRAJECTORY)
     handles = [*kinds(), centre_line, marks.handle("arc of a connector", **ROLLING)]
-    rolling.set_xlabel("")
-    rolling.set_title("(a) trajectory of the centre of an arc that rolls over the groove")
+    rolling.set(xlabel="", title="(a) trajectory of the centre of an arc that rolls over the groove")
     for area in range(1, 11):
         sectors.add_patch(sector_patch(rig, area))
         inner, outer = sector_radii(rig, area)

@@ -163,7 +163,7 @@ def passage_figure(recording: Recording) -> Figure:
         if side != "ring" and row["count"]:
             area = shown.area[inside, i]
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
-    times.set_xlim(low, high)
+    times.set(xlim=(low, high), xlabel="time since the first contact (s)")
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
     title = f"Connector {shown.connector} in groove {shown.groove}, {drawing.ring_words(scene.ring_radius)}"
     figure.suptitle(f"{title}, {scene.motor_rpm:g} rpm; a sprocket turn takes {turn:.3f} s", x=0.01, ha="left")
@@ -171,7 +171,6 @@ def passage_figure(recording: Recording) -> Figure:
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
     areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
-    times.set_xlabel("time since the first contact (s)")
     curves, labels = forces.get_legend_handles_labels()
     if peaks:
         curves.append(tuple(peaks))

@@ -38,8 +38,8 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     complete.autoscale_view()
     code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
     bodies = f"{2 * rig.chain.pitches} bodies, {2 * rig.chain.pitches} revolute joints"
-    complete.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
-    complete.set(xlabel="x (m)", ylabel="y (m)")
+    title = f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link"
+    complete.set(xlabel="x (m)", ylabel="y (m)", title=title)
 
     groove, half = rig.groove_profile, 0.5 * rig.connector_length
     look = {"color": BLUE, "linewidth": 3.0, "alpha": 0.6, "linestyle": "-"}
@@ -81,8 +81,7 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
 def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, missing: str) -> None:
     time, ours = curve["time_s"].to_numpy(), curve["trackdyn_m"].to_numpy()
     above.plot(*thin(time, ours), **OURS, label="trackdyn")
-    above.set_ylabel("y of the link (m)")
-    above.set_xlim(time[0], time[-1])
+    above.set(ylabel="y of the link (m)", xlim=(time[0], time[-1]))
     below.set_ylabel("difference\n(% of range)")
     if missing:
         box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
@@ -95,9 +94,7 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     edges, largest = upper_edge(difference, 300)  # it keeps crossing zero
     below.plot(time[edges[:-1]], largest, **PEER)
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
-    below.set_yscale("log")
-    below.set_ylim(top=50)
-    below.set_title(f"largest difference: {row['difference_pct']:.2g} %")
+    below.set(yscale="log", ylim=(None, 50), title=f"largest difference: {row['difference_pct']:.2g} %")
 
 
 @run_job

@@ -39,8 +39,7 @@ def system_figure(rig: Rig) -> Figure:
     for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
         marks.write_mark(system, (x, y + 0.13), f"{words(name)}{ring * (name == 'sprocket')}", bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
-    low = pins[:, 1].min() - GROUND
-    side = _side(rig)
+    low, side = pins[:, 1].min() - GROUND, _side(rig)
     for first, fraction, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
         body = _above(rig, pins, first, fraction)
         middle = 0.5 * (pins[body] + pins[body + 1])

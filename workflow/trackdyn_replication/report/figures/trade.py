@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.text import Text
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from trackdyn.inputs.files import write_csv
@@ -117,9 +117,8 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_locator(NullLocator())
     axis.margins(y=0.15)
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g}"))
-    axis.set_ylabel("error of the RMS (%)")
-    axis.set_title(f"Model, method and step ({pictured})")
+    axis.yaxis.set_major_formatter(lambda percent, _: f"{percent:g}")
+    axis.set(ylabel="error of the RMS (%)", title=f"Model, method and step ({pictured})")
     _draw_planned(planned, answered)
     planned.set_xlabel("CPU time of the answer (s)")
     figure.legend(loc="outside lower center", ncols=2)
@@ -133,16 +132,16 @@ def _draw_planned(axis: Axes, promises: pd.DataFrame) -> None:
     for (measure, words), mark, colour in zip(PLANNED.items(), "PD", (PURPLE, GREEN), strict=True):
         rows = promises[promises["measure"] == measure]
         axis.plot([], [], mark, color=colour, label=words)
+        lift = 9 if measure == "rms" else -9  # names of one tolerance lie on both sides of its line
         for row in rows.itertuples():
-            seconds = row.cpu_s + row.trial_cpu_s
-            axis.plot(seconds, tolerances.index(row.tolerance), mark, color=colour, ms=6)
-            lift = 9 if measure == "rms" else -9  # names of one tolerance lie on both sides of its line
-            at, near = (seconds, tolerances.index(row.tolerance)), {"ha": "center", "va": "center", "fontsize": SMALL}
-            axis.annotate(f"{1e3 * row.step_s:g} ms", at, (0, lift), textcoords="offset points", color=colour, **near)
+            at, near = (row.cpu_s + row.trial_cpu_s, tolerances.index(row.tolerance)), {"ha": "center", "va": "center"}
+            axis.plot(*at, mark, color=colour, ms=6)
+            near |= {"textcoords": "offset points", "color": colour, "fontsize": SMALL}
+            axis.annotate(f"{1e3 * row.step_s:g} ms", at, (0, lift), **near)
     axis.set_yticks(range(len(tolerances)), [f"{100 * tolerance:g} %" for tolerance in tolerances])
     axis.margins(y=0.25)
-    axis.set_ylabel("tolerance")
-    axis.set_title(f"What --tolerance picks, and its whole cost ({'; '.join(promises['scene'].unique())})")
+    title = f"What --tolerance picks, and its whole cost ({'; '.join(promises['scene'].unique())})"
+    axis.set(ylabel="tolerance", title=title)
 
 
 def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
