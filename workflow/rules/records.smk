@@ -40,7 +40,7 @@ rule parameters:
     output:
         csv=f"{R}/tables/parameters.csv",
         groove=f"{R}/tables/table1.csv",
-    script: "../trackdyn_replication/report/parameters.py"
+    script: "../trackdyn_replication/report/tables.py"
 
 
 rule sensor_records:
@@ -72,7 +72,7 @@ rule statistics:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
-    script: "../trackdyn_replication/report/record_tables.py"
+    script: "../trackdyn_replication/report/tables.py"
 
 
 rule closure:

@@ -37,8 +37,7 @@ from trackdyn_replication.report.figures.meshing import (
     select_passage,
 )
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
-from trackdyn_replication.report.parameters import table1
-from trackdyn_replication.report.record_tables import lines_table, table3
+from trackdyn_replication.report.tables import lines_table, table1, table3
 
 pytestmark = pytest.mark.slow
 

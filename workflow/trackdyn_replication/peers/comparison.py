@@ -18,8 +18,8 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.peers import OURS, PEER
 from trackdyn_replication.peers.contact import make_contacts
 from trackdyn_replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
+from trackdyn_replication.study.accuracy.record_statistics import timed_run
 from trackdyn_replication.study.settings import peer_scene
-from trackdyn_replication.study.timed_run import timed_run
 
 
 def percent_of_range(difference, reference) -> float:
@@ -34,10 +34,7 @@ def first_sample(scene: Scene) -> int:
 
 
 def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
-    """Run the other code from the same settled start; return it with the vertical displacement at the samples, m.
-
-    ``watch`` as in `exudyn_loop.run_exudyn_loop`.
-    """
+    """Run the other code from the same settled start; return it with the vertical displacement at the samples, m."""
     loop = Loop(scene)
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.rate
     contacts, wheels = make_contacts(scene, loop.layout.tensioner_shift_m), free_wheels(scene, loop.model)
@@ -60,15 +57,9 @@ def compare_codes(
     ``duration_s`` after the ramp; another one takes a turn of the loop. The smallest step of a code is its reference;
     the largest step whose error is below ``accuracy_pct`` of the range is chosen, the smallest without any.
 
-    Returns
-    -------
-    tables : dict
-        ``curves``: vertical displacement of the selected link (m) over the time since the start of the sprocket (s), by
-        reading and code; that of a belt, without forces, shows the sensitivity of the comparison. ``costs``: rows
-        of Table 2. ``summary``: a row per reading, the largest differences in percent of the range.
-    model : dict
-        For Figure 13: a configuration ``frame`` (``Recording.frame``), of the other code where it ran; the ``shift`` of
-        the tensioning wheel, m; ``missing``, the reason if the other code was not run, else empty.
+    Tables are ``curves`` of the selected link by reading, that of a belt among them, which shows the sensitivity of the
+    comparison; ``costs``: Table 2; ``summary`` by reading. For Figure 13: a ``frame`` of the other code where it ran,
+    the ``shift`` of the tensioning wheel (m), and why the other code is ``missing``, else empty.
     """
     missing = ""
     first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])

@@ -1,9 +1,8 @@
 """The loop in Exudyn, an independent multibody code: its bodies, joints, equations and solver.
 
-Bodies have three absolute coordinates each and joints are rigid constraints with multipliers (the chain
-of the simulator has relative coordinates and no joint forces but one), the solver is Exudyn's implicit
-generalized-alpha method. Bushings are Exudyn's spring-dampers, wheels its rotating masses. The contacts
-are one user-defined force (``peers.contact``), because Exudyn's own elements have other laws.
+Bodies have three absolute coordinates each, joints are rigid constraints with multipliers, the solver is the implicit
+generalized-alpha method. Bushings are Exudyn's spring-dampers, wheels its rotating masses. The contacts are one
+user-defined force (``peers.contact``), because Exudyn's own elements have other laws.
 """
 
 import sys
@@ -47,10 +46,7 @@ class PeerRun:
 
 
 def free_wheels(scene: Scene, model: Model) -> np.ndarray:
-    """Return inertia (kg m2) and bearing drag (N m s/rad) of the wheels other than the sprocket, (w - 1, 2).
-
-    Raises `InputError`: this code has no such loop.
-    """
+    """Return inertia (kg m2) and bearing drag (N m s/rad) of the wheels other than the sprocket, (w - 1, 2)."""
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     other = len(model.suspensions.wheel) or model.space is not None or scene.chain != "double_pin" or scene.load
     if other or laws != PEER_LAWS:
@@ -94,9 +90,8 @@ def run_exudyn_loop(
 ) -> PeerRun:
     """Integrate the closed chain with Exudyn, from a state that is read only; wheels (`free_wheels`) begin at rest.
 
-    Times are in s, the ``sample`` is a multiple of the ``step``. ``watch`` is called after every step with time (s),
-    coordinates, their rates and the memory of the contacts. Raises `InputError`: Exudyn is not installed;
-    `DivergenceError`: its solver does not reach the end.
+    The ``sample`` is a multiple of the ``step``. ``watch`` is called after every step with time (s), coordinates, their
+    rates and the memory of the contacts.
     """
     exu = require_exudyn()
     chain, start = model.chain, coordinates(model.chain, state)
@@ -197,12 +192,8 @@ def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
 def _add_contacts(exu, mbs, nodes: list, model: Model, state: State, contacts: Contacts) -> tuple[Callable, Memory]:
     """Add one object that carries the contact forces of all bodies and wheels.
 
-    Returns
-    -------
-    after_step : function
-        Of time (s), coordinates and their rates: updates the memory of the contacts.
-    memory : Memory
-        Initial impact velocities, which begin as those of the state.
+    Return a function of time (s), coordinates and their rates, which updates the memory of the contacts, and this,
+    whose impact velocities begin as those of the state.
     """
     import exudyn.itemInterface as items
 

@@ -1,4 +1,4 @@
-"""Tables 3 and 4, and the dominant peaks: metrics of the long records, the sensor's and the printed values."""
+"""Tables 1, 3 and 4, the parameters, and the dominant peaks of the long records, the sensor's and the printed ones."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -14,10 +14,23 @@ from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import described
 from trackdyn.measure.estimators import record_metrics
+from trackdyn.rig.groove import Groove
+from trackdyn.rig.rig import load_rig, parameter_table
 from trackdyn_replication.paper import published
 from trackdyn_replication.paper.published import SENSORS, value_difference
 
 Sensors = Mapping[float, SensorRecord | None]
+
+
+def table1(groove: Groove) -> pd.DataFrame:
+    """Tabulate the geometry of the ten areas: ``area, type, O_x_mm, O_y_mm, r_mm, u_x, u_y, theta_deg, length_mm``."""
+    table = pd.DataFrame({"area": np.arange(1, 11), "type": np.where(groove.convex, "convex", "concave")})
+    table[["O_x_mm", "O_y_mm"]] = 1e3 * groove.centre + 0.0  # no -0
+    table["r_mm"] = 1e3 * groove.radius
+    table[["u_x", "u_y"]] = groove.direction
+    table["theta_deg"] = np.degrees(groove.half_angle)
+    table["length_mm"] = 2e3 * groove.radius * groove.half_angle
+    return table
 
 
 def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.Series, dict | None]]:
@@ -94,8 +107,12 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
 
 @run_job
 def main(job) -> None:
-    """Rule `statistics`."""
+    """Rules `parameters` and `statistics`."""
     params, output = job.params, job.output
+    if job.rule == "parameters":
+        write_csv(output.csv, parameter_table(job.input.rig))
+        write_csv(output.groove, table1(load_rig(job.input.rig).groove_profile))
+        return
     label, metrics = SENSORS[params.synthetic], pd.read_csv(job.input.metrics)
     records = metrics.set_index("run").loc[params.runs].reset_index()
     paths = zip_longest(params.speeds, job.input.get("sensors", ()))
