@@ -56,8 +56,7 @@ def rigs_of(config: PlausibleConfig, draws: Iterable[int]) -> dict[int, Rig]:
 def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]:
     """Move the tip slope as far along the slopes with which the groove closes as it is along its range.
 
-    A steep tip needs more room than some grooves have. Where the largest slope that can be cut lies below the range,
-    slopes begin at that of the seat.
+    A steep tip needs more room than some grooves have. Slopes may begin at that of the seat.
     """
     unknown = next(unknown for unknown in unknowns.unknowns if unknown.label == TIP)
 

@@ -75,14 +75,12 @@ def _scenes(config: PlausibleConfig, run: TrackRun) -> list[list]:
 def rings(
     config: PlausibleConfig, tracks: Mapping[int, Rig], engaged: set[int], jobs: int, store: Path | str
 ) -> pd.DataFrame:
-    """Run the study; return a row per track, start and rule: ``draw, engaged, start``, readings of equal pitch (m;
-    ``polygon_m``, ...), then `choices`.
-    """
+    """Run the study; return a row per track, start and rule: its readings of equal pitch (m), then `choices`."""
     table = []
     for run in config.rings.runs:
-        chosen = dict(list(tracks.items())[: config.rings.tracks : run.every])
-        rows = run_rigs(config.of_run(run), list(chosen.values()), _scenes(config, run), jobs, store)
-        for (draw, rig), row in zip(chosen.items(), rows, strict=True):
+        chosen = list(tracks.items())[: config.rings.tracks : run.every]
+        rows = run_rigs(config.of_run(run), [rig for _, rig in chosen], _scenes(config, run), jobs, store)
+        for (draw, rig), row in zip(chosen, rows, strict=True):
             readings = {f"{name}_m": radius for name, radius in rig.equal_pitch_radii.items()}
             about = {"draw": draw, "engaged": int(draw in engaged), "start": run.start, **readings}
             table += [about | choice for choice in of_track(config, run, row, rig)]

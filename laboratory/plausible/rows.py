@@ -42,8 +42,11 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
             values[scene_name(rpm, ring)] = values[without]
             continue
         recording = _recorded(rig, rpm, touching, detailed, fields, row, settled)
-        measured = summary(recording, detailed) | (_sensed(recording) if detailed else {})
-        friction = mobilised_friction(recording).value
+        measured, friction = summary(recording, detailed), mobilised_friction(recording).value
+        if detailed:
+            ay = stitch(recording)  # of a revolution of one link
+            measured |= {"rms_g": float(np.sqrt(np.mean(ay**2))), "sd_g": float(ay.std())}
+            measured["high_frequency_g"] = float(high_frequency_rms(ay, recording.rate))
         measured["mobilised_friction"] = None if friction != friction else friction
         measured["settled_tension_n"] = recording.layout.settled_tension_n
         values[scene_name(rpm, ring)] = measured
@@ -72,10 +75,3 @@ def _recorded(
 def scene_name(rpm: float, ring: float | None) -> str:
     """Return the name of a scene in a row: ``115 none``, ``115 0.308``."""
     return f"{rpm:g} {'none' if ring is None else format(ring, 'g')}"
-
-
-def _sensed(recording: Recording) -> dict[str, float]:
-    """Return RMS, SD and content from 20 Hz on (g) of a revolution of one link."""
-    ay = stitch(recording)
-    high_frequency = float(high_frequency_rms(ay, recording.rate))
-    return {"rms_g": float(np.sqrt(np.mean(ay**2))), "sd_g": float(ay.std()), "high_frequency_g": high_frequency}

@@ -1,8 +1,8 @@
 """A rig that meets as many printed numbers as it can: sequential linear programming of an exact penalty.
 
-The cost of a rig is the sum of the excess of its residuals over a margin. A sum of sizes, other than one of squares,
-gives up a number that excludes others rather than missing all of them by a little; its steps are linear programs. S. P.
-Han, O. L. Mangasarian, Exact penalty functions in nonlinear programming, Math. Program. 17 (1979) 251.
+The cost of a rig is the sum of the excess of its residuals over a margin, which gives up a number that excludes others
+rather than missing all by a little. S. P. Han, O. L. Mangasarian, Exact penalty functions in nonlinear programming,
+Math. Program. 17 (1979) 251.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -78,17 +78,14 @@ class Searching:
         return Outcome(residuals(self.config, values), int(met), count(sentences)[0])
 
     def starts(self, name: str, unknowns: Unknowns) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned.
-
-        A value outside the range that the unknown has in this search is taken to its bound.
-        """
+        """Yield where a search begins, and how each point came: draws of the sample, then each of them scanned."""
         own, scan = self.settings.searches[name].values, self.settings.scan
         drawn = dict(enumerate(islice(drawn_values(self.config), max(self.settings.draws) + 1)))
         points = [(f"draw {draw}", drawn[draw] | own) for draw in self.settings.draws]
         for scanned in product(*scan.values()):
             changes = dict(zip(scan, scanned, strict=True))
             points += [(f"draw {draw}, scanned", drawn[draw] | own | changes) for draw in self.settings.draws]
-        for begin, values in points:
+        for begin, values in points:  # a value outside the range of an unknown in this search is taken to its bound
             within = [
                 unknown.position(min(max(values[unknown.label], unknown.low), unknown.high))
                 for unknown in unknowns.unknowns

@@ -4,7 +4,6 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise, product
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -67,9 +66,8 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
                 row |= {"least": verdicts.fillna(0.0).mean(), "most": verdicts.fillna(1.0).mean()}
                 row["class"] = FOLLOWS if row["share"] >= config.follows else DEPENDS if row["shown"] else NEVER
             rows.append(row)
-    counts, of_share = ["decided", "undecided", "shown"], ["share", "low", "high", "least", "most"]
-    columns = ["name", "statement", "tracks", *counts, *of_share, "class"]
-    return pd.DataFrame(rows, columns=columns)
+    columns = "name statement tracks decided undecided shown share low high least most class"
+    return pd.DataFrame(rows, columns=columns.split())
 
 
 def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
@@ -141,16 +139,6 @@ def mobilised_table(config: PlausibleConfig, rig: Rig, slopes: list[float]) -> p
     return pd.DataFrame(rows, columns=[CREEP, "transition_velocity", "rpm", "mobilised_friction", "error"])
 
 
-def run_neighbours(config: PlausibleConfig, judge: Judge, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number."""
-    rigs = neighbours(config)
-    rows = run_rigs(config, rigs, scenes(config), jobs, store)
-    verdicts = [judge.rig(row, rig) for rig, row in zip(rigs, rows, strict=True)]
-    table = pd.DataFrame(verdicts).reindex(columns=map(str, judge.sentences)).astype(float)
-    head = {"rig": range(len(rigs)), "shown": table.sum(axis=1).astype(int), "judged": table.notna().sum(axis=1)}
-    return pd.concat([pd.DataFrame(head), table], axis=1)
-
-
 @run_job
 def main(job) -> None:
     """Run the rule `plausible_tables`, or `mobilised`."""
@@ -161,8 +149,14 @@ def main(job) -> None:
         write_csv(job.output[0], mobilised_table(config, rig, [own, *CREEP_EDGES]))
         return
     config = config.shortened() if job.params.short else config
-    judge, drawn, execution = Judge(config, job.input.claims), list(drawn_rigs(config)), (job.threads, job.params.store)
-    rows = run_rigs(config, [track.rig for track in drawn], scenes(config), *execution)
-    results = tables(config, judge.tracks(drawn, rows), judge)
-    for name, table in (results | {"near": run_neighbours(config, judge, *execution)}).items():
+    judge, drawn, rigs = Judge(config, job.input.claims), list(drawn_rigs(config)), neighbours(config)
+    execution = scenes(config), job.threads, job.params.store
+    rows = run_rigs(config, [track.rig for track in drawn], *execution)
+    for name, table in tables(config, judge.tracks(drawn, rows), judge).items():
         write_csv(job.output[name], table)
+    # the default rig (0) and its neighbours
+    rows = run_rigs(config, rigs, *execution)
+    verdicts = [judge.rig(row, rig) for rig, row in zip(rigs, rows, strict=True)]
+    table = pd.DataFrame(verdicts).reindex(columns=map(str, judge.sentences)).astype(float)
+    head = {"rig": range(len(rigs)), "shown": table.sum(axis=1).astype(int), "judged": table.notna().sum(axis=1)}
+    write_csv(job.output.near, pd.concat([pd.DataFrame(head), table], axis=1))

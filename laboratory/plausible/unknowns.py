@@ -27,7 +27,8 @@ class Unknown(Section):
 
     @model_validator(mode="after")
     def _complete(self):
-        if self.ranged and (not self.low < self.high or (self.scale == "log" and not self.low > 0)):
+        own = self.low is not None and self.high is not None
+        if own and (not self.low < self.high or (self.scale == "log" and not self.low > 0)):
             positive = " and above 0" if self.scale == "log" else ""
             message = f"range {self.low:g} to {self.high:g}: bounds must be rising{positive}"
             raise InputError(f"unknown {self.label}: {message}")
@@ -37,11 +38,6 @@ class Unknown(Section):
     def label(self) -> str:
         """Its first field."""
         return self.names[0]
-
-    @property
-    def ranged(self) -> bool:
-        """Whether it has its own range."""
-        return self.low is not None and self.high is not None
 
     def value(self, x: float) -> float:
         """Return the value at a position of 0 to 1 in the range."""
@@ -76,7 +72,7 @@ class Unknowns:
                 if name in names:
                     raise InputError(f"unknown {name}: occurs twice; keep one of them")
                 names.add(name)
-            if not unknown.ranged:
+            if unknown.low is None or unknown.high is None:
                 if unknown.of or unknown.label not in ranges:
                     problem = "has no range; give low and high, here or in the rig's file"
                     raise InputError(f"unknown {unknown.label}: {problem}")

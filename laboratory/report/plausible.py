@@ -114,6 +114,10 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
     study, rings, sentences, draws, of_ring, values, near, default, parameters, numbers, *gripping = tables
     grips, grips_sentences = gripping
     table, unjudged = _table(sentences, default)
+    of_rig = parameters.set_index("name")["value"]
+    stiffness, tension, radius = of_rig[["bushing.stiffness", "tension.pre_tension", EQUAL_PITCH]].astype(float)
+    # the bushings' moment in the wrap over that of the tension; stiff bushings lift the chain off
+    wrap = stiffness * load_rig("paper").pitch / 2 / (tension * radius**2)
     radii = load_plausible("config/plausible.yaml").rings.radii_m
     slope = sampled.creep_slope(parameters)
     # the values that separate most, each with the sentences that it does so for
@@ -134,7 +138,7 @@ def answer_text(*tables: pd.DataFrame) -> list[str]:
         inside=sampled.RUBBER[0] <= slope <= sampled.RUBBER[1],
         rubber=sampled.RUBBER,
         mobilised=sampled.mobilised(of_ring, slope),
-        wrap=significant(_wrap(parameters), 2),
+        wrap=significant(float(wrap), 2),
         neighbours=sampled.neighbours_sentence(near, default),
         numbers=number_count(numbers),
         others=other_numbers(numbers),
@@ -170,13 +174,6 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[st
         lines.append([name, *cells, MARKS[verdicts.get(name, "not comparable")]])
     heads = ["sentence", *(f"% of {tracks}" for tracks in sampled.TRACKS), default["rig"].iloc[0]]
     return pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True), unjudged
-
-
-def _wrap(parameters: pd.DataFrame) -> float:
-    """Return the bushings' moment in the wrap over that of the tension; stiff bushings lift the chain off."""
-    of_rig = parameters.set_index("name")["value"]
-    stiffness, tension, radius = of_rig[["bushing.stiffness", "tension.pre_tension", EQUAL_PITCH]].astype(float)
-    return stiffness * load_rig("paper").pitch / 2 / (tension * radius**2)
 
 
 @run_job
