@@ -28,6 +28,8 @@ RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
 BARE = {115.0: 8000.0, 210.0: 6000.0}
 FORCE = {115.0: (7900.0, 4500.0, 3900.0, 2000.0, 1800.0), 210.0: (6500.0, 2000.0, 2500.0, 1500.0, 1700.0)}
 RULE, DURATIONS = RingRule(), DurationRule(13)  # 7.7 % of a turn, and 9.7 % with two points
+BENCH = load_rig("bench")
+CHAIN_SPEED = {rpm: BENCH.pitch / Scene(BENCH, rpm).periods.passage for rpm in BARE}  # m/s
 
 
 def study(force=FORCE, error=0.0, **columns):
@@ -55,10 +57,16 @@ def with_force(rpm, radius, force):
     return FORCE | {rpm: tuple(force if at == radius else old for at, old in zip(RADII, FORCE[rpm], strict=True))}
 
 
+def without(table, radius, rpm=210.0, load=None):
+    """The study without a ring (``None``: without the run of none) at a speed, under one of its loads."""
+    gone = table["ring_radius_m"].isna() if radius is None else table["ring_radius_m"] == radius
+    return table[~(gone & (table["rpm"] == rpm) & (table["load_n"] == load if load is not None else True))]
+
+
 def test_the_smallest_ring_with_half_the_force_of_a_tooth_is_chosen():
     """At 115 rpm 0.305 m has 4500 of 8000 N; the larger of both arcs counts, at each speed against its own."""
     assert RULE.radius(study()) == 0.306
-    assert RULE.kept(study()) == dict(zip(RADII, (False, False, True, True, True), strict=True))
+    assert list(RULE.kept(study()).values()) == [False, False, True, True, True]
     assert [RULE.radius(study(with_force(210.0, 0.306, force))) for force in (3000.0, 3000.1)] == [0.306, 0.307]
     swapped = study().rename(columns={"left_peak_n": "right_peak_n", "right_peak_n": "left_peak_n"})
     assert RULE.radius(swapped) == 0.306
@@ -85,14 +93,10 @@ def test_a_ring_as_made_may_be_larger_and_must_halve_the_force_too():
 
 
 def test_a_ring_that_was_not_run_at_every_speed_is_not_chosen_but_counts_above_another():
-    table = study()
     for radius, other in ((0.306, 0.307), (0.307, 0.306)):
-        left = table[~((table["ring_radius_m"] == radius) & (table["rpm"] == 210.0))]
-        assert RULE.radius(left) == other
-    missed = study(with_force(115.0, 0.307, 9000.0))
-    assert RULE.radius(missed[~((missed["ring_radius_m"] == 0.307) & (missed["rpm"] == 210.0))]) == 0.308
-    durations = table[~((table["ring_radius_m"] == 0.305) & (table["rpm"] == 210.0))]
-    assert DURATIONS.radius(table) == 0.305 and DURATIONS.radius(durations) == 0.306
+        assert RULE.radius(without(study(), radius)) == other
+    assert RULE.radius(without(study(with_force(115.0, 0.307, 9000.0)), 0.307)) == 0.308
+    assert DURATIONS.radius(study()) == 0.305 and DURATIONS.radius(without(study(), 0.305)) == 0.306
 
 
 def test_advice_names_force_price_wear_and_windows():
@@ -112,10 +116,8 @@ def test_advice_names_force_price_wear_and_windows():
         "by contact durations, as the paper argues (right arc below 0.5 %, left arc at most a tooth's share of a turn "
         "and 2 points): 0.305 m; a tooth bears 0.56 of that without a ring at 115 rpm",
     ]
-    table = compared(study(), RULE, DURATIONS)
-    assert table.loc[table["rpm"] == 115.0, "ring"].tolist() == [
-        "none", "smaller, by durations", "recommended", "larger, least force"
-    ]  # fmt: skip
+    names = compared(study(), RULE, DURATIONS).query("rpm == 115")["ring"].tolist()
+    assert names == ["none", "smaller, by durations", "recommended", "larger, least force"]
     assert advice(study(with_force(115.0, 0.306, 4600.0)), RULE, DURATIONS)[0].endswith("0.307 m")
     end = study({rpm: (9000.0,) * 4 + (1000.0,) for rpm in FORCE})
     assert advice(end, RULE, DURATIONS)[:2] == [
@@ -126,18 +128,16 @@ def test_advice_names_force_price_wear_and_windows():
 
 def test_a_bound_kept_by_less_than_three_errors_is_not_decided():
     """At 115 rpm 0.306 m is 100 N below its bound, 0.307 m 2000 N; without a ring the force is known well."""
+    undecided = "this is not decided: at 115 rpm the force is 0.4875 +- 0.0042 (standard error)"
     for error, radius in ((33.0, 0.306), (34.0, 0.307)):
         table = study(error=error)
-        sentences = str(advice(table, RULE, DURATIONS))
         assert RULE.radius(table) == 0.306 and RULE.decided(table) == radius
-        undecided = "this is not decided: at 115 rpm the force is 0.4875 +- 0.0042 (standard error)"
-        assert (undecided in sentences) == (radius == 0.307), sentences
-        assert ("a smaller step does, or a ring of 0.307 m" in sentences) == (radius == 0.307)
+        for words in (undecided, "a smaller step does, or a ring of 0.307 m"):
+            assert (words in str(advice(table, RULE, DURATIONS))) == (radius == 0.307)
 
 
 def test_a_friction_drive_is_named():
-    free = study(with_force(210.0, 0.306, 0.0))
-    sentences = advice(free, RULE, DURATIONS)
+    sentences = advice(study(with_force(210.0, 0.306, 0.0)), RULE, DURATIONS)
     assert "friction drive: no tooth is touched at 210 rpm, only the ring drives" in sentences
     touched = "0.304 to 0.305 m (2 radii, up to 1 mm apart); 0.307 to 0.308 m (2 radii, up to 1 mm apart)"
     assert f"a tooth is touched, at every speed: {touched}" in sentences
@@ -145,8 +145,7 @@ def test_a_friction_drive_is_named():
 
 def test_without_a_ring_that_serves_the_least_share_is_named():
     table = study({rpm: tuple(2.5 * force for force in forces) for rpm, forces in FORCE.items()})
-    sentences = advice(table, RULE, DURATIONS)
-    assert sentences[:4] == [
+    assert advice(table, RULE, DURATIONS)[:4] == [
         "no ring of these keeps the force of a tooth at 0.5 of that without a ring at every speed",
         "the least share that any keeps at every speed is 0.62: 0.307 m, at 115 rpm, on the left arc",
         "the right arc comes back at 0.308 m: 0.6 % of a turn at 115 rpm",
@@ -168,29 +167,23 @@ def test_a_ring_that_wears_keeps_the_bound_down_to_its_wear():
 
 
 def test_an_unknown_force_does_not_serve():
-    unknown = with_force(210.0, 0.306, float("nan"))
-    assert RULE.radius(study(unknown)) == 0.307
     # nor does a ring below one that is not known, in a step of the paper
-    assert RULE.radius(study(with_force(210.0, 0.307, float("nan")))) == 0.308
-    one = study()
-    bare = one["ring_radius_m"].isna() & (one["rpm"] == 210.0)
-    for table in (
-        one[~bare],
-        one.assign(right_peak_n=one["right_peak_n"].mask(bare), left_peak_n=one["left_peak_n"].mask(bare)),
-    ):
-        assert pd.isna(RULE.radius(table))
-        assert advice(table, RULE, DURATIONS)[0] == (
-            "no ring can be chosen: the force of a tooth without a ring at 210 rpm is not known"
-        )
+    for unknown, radius in ((0.306, 0.307), (0.307, 0.308)):
+        assert RULE.radius(study(with_force(210.0, unknown, float("nan")))) == radius
+    lost = study()
+    lost.loc[lost["ring_radius_m"].isna() & (lost["rpm"] == 210.0), ["left_peak_n", "right_peak_n"]] = float("nan")
+    loaded = without(loaded_study(), None, load=3000.0)
+    for table, load in ((without(study(), None), ""), (lost, ""), (loaded, " under 3000 N")):
+        text = f"no ring can be chosen: the force of a tooth without a ring at 210 rpm{load} is not known"
+        assert pd.isna(RULE.radius(table)) and advice(table, RULE, DURATIONS)[0] == text
 
 
-@pytest.mark.parametrize(("fields", "words"), [
-    ({"tooth_force": 0.0}, "tooth_force = 0: must be above 0 and at most 1"), ({"tooth_force": 1.4}, "= 1.4: must be"),
-    ({"tooth_force": float("nan")}, "= nan: must be"), ({"wear": -0.001}, "wear = -0.001: must be a length"),
-    ({"wear": float("inf")}, "wear = inf: must be"),
+@pytest.mark.parametrize(("field", "value"), [
+    ("tooth_force", 0.0), ("tooth_force", 1.4), ("tooth_force", float("nan")), ("wear", -0.001), ("wear", float("inf")),
 ])  # fmt: skip
-def test_a_rule_without_meaning_is_refused(fields, words):
-    refused(RingRule, words=[words], **fields)
+def test_a_rule_without_meaning_is_refused(field, value):
+    meaning = {"tooth_force": "above 0 and at most 1", "wear": "a length"}[field]
+    refused(RingRule, words=[f"{field} = {value:g}: must be {meaning}"], **{field: value})
 
 
 def test_by_durations_both_arcs_must_keep_their_bounds():
@@ -222,7 +215,7 @@ def made_up_study(monkeypatch, radii, of=curve, rule=RULE):
         ])  # fmt: skip
 
     monkeypatch.setattr("trackdyn.sweeps.ring._study", table)
-    return ring_study(load_rig("bench"), [115.0, 210.0], radii, rule=rule), run
+    return ring_study(BENCH, [115.0, 210.0], radii, rule=rule), run
 
 
 GRIDS = [[0.3000 + k * 0.0016 + first for k in range(8)] for first in (0.0, 0.0005, 0.0011)]
@@ -286,18 +279,15 @@ def test_the_advice_covers_a_ring_that_gives_way_in_shear():
 
 def test_a_window_claims_only_radii_that_were_run():
     """The middle of a gap is no end of a window; the distance of its radii is named."""
-    kept = {0.3: False, 0.302: True, 0.3045: True, 0.305: True, 0.31: False, 0.312: True}
-    assert [str(window) for window in windows(kept)] == [
-        "0.302 to 0.305 m (3 radii, up to 2.5 mm apart)", "0.312 m"
-    ]  # fmt: skip
-    assert windows(kept)[0][::2] == (0.3, 0.31) and pd.isna(windows(kept)[1].above)
+    wide, single = windows({0.3: False, 0.302: True, 0.3045: True, 0.305: True, 0.31: False, 0.312: True})
+    assert [str(wide), str(single)] == ["0.302 to 0.305 m (3 radii, up to 2.5 mm apart)", "0.312 m"]
+    assert wide[::2] == (0.3, 0.31) and pd.isna(single.above)
 
 
 def test_rings_that_carry_nothing_are_refused_before_anything_runs():
-    least = least_ring(load_rig("bench"))
     words = ["radii: the largest, 0.2985 m, carries nothing: ", "give larger radii"]
-    refused(ring_study, load_rig("bench"), [115.0], [0.298, 0.2985], words=words, rule=RULE)
-    assert 0.2985 < least < 0.3
+    refused(ring_study, BENCH, [115.0], [0.298, 0.2985], words=words, rule=RULE)
+    assert 0.2985 < least_ring(BENCH) < 0.3
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
@@ -312,39 +302,31 @@ def test_the_radii_of_a_study_lie_where_a_scene_allows_them(name):
 
 def test_a_ring_that_bears_nothing_is_not_where_tightening_begins():
     """A chain worn by 3.5 %, whose least ring is larger than the rig's own: tightening counts from there."""
-    rig = load_rig("bench")
-    worn = rig.changed(sprocket__equal_pitch_radius=0.314)
+    worn = BENCH.changed(sprocket__equal_pitch_radius=0.314)
     radii, least = study_radii(worn), usual_rings(worn)[0]
-    assert len(radii) == 11 and least > rig.ring_radius
+    assert len(radii) == 11 and least > BENCH.ring_radius
     assert radii == pytest.approx(study_radii(worn.changed(sprocket__ring_radius=least)), abs=1e-4)
 
 
 def test_a_narrow_range_has_all_radii_inside_it(monkeypatch):
     """A least ring between two hundredths of a millimetre is not rounded out of the range of a scene."""
-    rig = load_rig("robot")
     monkeypatch.setattr(rings, "usual_rings", lambda rig: (0.0802832, 0.0804149))
-    radii = study_radii(rig)
+    radii = study_radii(load_rig("robot"))
     assert len(set(radii)) == 11 and 0.0802832 <= radii[0] < radii[-1] <= 0.0804149
 
 
 def test_a_tensioner_without_room_for_a_ring_is_named():
-    rig = load_rig("bench").changed(sprocket__equal_pitch_radius=0.318, tension__travel=0.005)
+    rig = BENCH.changed(sprocket__equal_pitch_radius=0.318, tension__travel=0.005)
     refused(study_radii, rig, words=["the least ring that carries the chain has 0.3", "tension.travel = "])
 
 
 def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it():
-    """Against loops that were settled: half a millimetre below the least one nothing lies on the ring, above it a link
-    or more does, with its weight of 100 N and the pull of the strands.
-    """
-    rig, starts = load_rig("bench"), SettledLoops()
-    least, largest = usual_rings(rig)
-    load, tension = {}, {}
-    for radius in (least - 5e-4, least + 5e-4, largest):
-        loop = Loop(Scene(rig, 115.0, radius), starts)
-        load[radius], tension[radius] = loop.work.wheel_force[:, 0].sum(), loop.layout.settled_tension_n
-    below, above, _ = load.values()
+    """Half a millimetre below the least one nothing lies on the ring, above it a link of 100 N and its pull."""
+    starts, (least, largest) = SettledLoops(), usual_rings(BENCH)
+    loops = [Loop(Scene(BENCH, 115.0, radius), starts) for radius in (least - 5e-4, least + 5e-4, largest)]
+    below, above, _ = (loop.work.wheel_force[:, 0].sum() for loop in loops)
     assert below == 0.0 and above > 100.0
-    assert 3 < tension[largest] / rig.tension.pre_tension < 7
+    assert 3 < loops[-1].layout.settled_tension_n / BENCH.tension.pre_tension < 7
 
 
 @pytest.mark.slow
@@ -356,9 +338,8 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert done.code == 0 and "look at mine/ring.html" in done.out
     table = pd.read_csv("mine/ring.csv")
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.3085] and set(table["state"]) == {"done"}
-    rig = load_rig("bench")
     rule = StopRule()
-    recording, known = run_steady(Scene(rig, 210.0, 0.3085, **steady_fields(rig, 210.0, rule)), rule)
+    recording, known = run_steady(Scene(BENCH, 210.0, 0.3085, **steady_fields(BENCH, 210.0, rule)), rule)
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name
@@ -383,9 +364,6 @@ def loaded_study():
     return pd.concat([study().assign(load_n=0.0), pulled.assign(load_n=3000.0)], ignore_index=True)
 
 
-CHAIN_SPEED = {rpm: load_rig("bench").pitch / Scene(load_rig("bench"), rpm).periods.passage for rpm in BARE}  # m/s
-
-
 def test_a_ring_must_serve_under_every_load():
     """0.306 m has 11700 of 16000 N under 3 kN, 3900 of 8000 N without; each load has its own force without a ring."""
     table = loaded_study()
@@ -394,39 +372,29 @@ def test_a_ring_must_serve_under_every_load():
     ratios = with_tooth_forces(table).set_index(["load_n", "rpm", "ring_radius_m"])["tooth_ratio"]
     assert ratios[(0.0, 115.0, 0.306)] == 3900 / 8000 and ratios[(3000.0, 115.0, 0.306)] == 11700 / 16000
     # a ring that was not run under one of the loads is none to choose
-    missed = table[~((table["ring_radius_m"] == 0.307) & (table["load_n"] == 0.0) & (table["rpm"] == 210.0))]
-    assert RULE.radius(missed) == 0.308
-    sentences = advice(table, RULE, DURATIONS)
-    assert sentences[:2] == [
-        "recommended: a ring of radius 0.307 m",
-        "the largest force of a tooth in a passage is 2000 N at 115 rpm, 4000 N at 115 rpm under 3000 N, 1500 N at 210 "
-        "rpm and 3000 N at 210 rpm under 3000 N: 0.25, 0.25, 0.25 and 0.25 of that without a ring, at most 0.5 as "
-        "asked",
-    ]
-    fails = "at 0.306 m a tooth bears 0.73 of that without a ring at 115 rpm under 3000 N"
-    assert any(fails in sentence for sentence in sentences)
-    assert any("right arc free, below 0.5 % of a turn, at every speed and load" in sentence for sentence in sentences)
-    rows = compared(table, RULE, DURATIONS)
-    assert rows[["rpm", "load_n"]].drop_duplicates().to_numpy().tolist() == [
-        [115.0, 0.0], [115.0, 3000.0], [210.0, 0.0], [210.0, 3000.0]
-    ]  # fmt: skip
-    none = table[~(table["ring_radius_m"].isna() & (table["load_n"] == 3000.0) & (table["rpm"] == 210.0))]
-    assert advice(none, RULE, DURATIONS)[0] == (
-        "no ring can be chosen: the force of a tooth without a ring at 210 rpm under 3000 N is not known"
-    )
+    assert RULE.radius(without(table, 0.307, load=0.0)) == 0.308
+    sentences = "\n".join(advice(table, RULE, DURATIONS))
+    assert sentences.startswith("recommended: a ring of radius 0.307 m\n")
+    for words in (
+        "is 2000 N at 115 rpm, 4000 N at 115 rpm under 3000 N, 1500 N at 210 rpm and 3000 N at 210 rpm under 3000 N: "
+        "0.25, 0.25, 0.25 and 0.25 of that without a ring",
+        "at 0.306 m a tooth bears 0.73 of that without a ring at 115 rpm under 3000 N",
+        "right arc free, below 0.5 % of a turn, at every speed and load",
+    ):
+        assert words in sentences
+    loads = compared(table, RULE, DURATIONS)[["rpm", "load_n"]].drop_duplicates().to_numpy().tolist()
+    assert loads == [[rpm, load] for rpm in BARE for load in (0.0, 3000.0)]
 
 
 def test_the_advice_names_its_loads_and_the_drag():
     """Motor power over the speed of the chain, less the load: 302 W at 115 and 210 rpm, 303 W with 0.307 m."""
-    bench, free = load_rig("bench"), study().assign(load_n=0.0)
-    assert held_for(free, RULE, bench) == (
-        "this holds for a track that pulls nothing: the motor overcomes its own drag, 226 to 414 N"
-    )
-    assert held_for(loaded_study(), RULE, bench) == (
-        "this holds for loads of 0 and 3000 N on the chain, in addition to its own drag, 227 to 415 N"
-    )
-    unknown = free.assign(motor_power_w=float("nan"))
-    assert "overcomes its own drag" in held_for(unknown, RULE, bench)
+    free = study().assign(load_n=0.0)
+    for table, text in (
+        (free, "a track that pulls nothing: the motor overcomes its own drag, 226 to 414 N"),
+        (loaded_study(), "loads of 0 and 3000 N on the chain, in addition to its own drag, 227 to 415 N"),
+    ):
+        assert held_for(table, RULE, BENCH) == f"this holds for {text}"
+    assert "overcomes its own drag" in held_for(free.assign(motor_power_w=float("nan")), RULE, BENCH)
 
 
 def test_a_load_is_a_series_of_the_figures():
@@ -460,9 +428,8 @@ def test_a_row_of_a_study_has_its_load_in_its_key(monkeypatch, rig):
     monkeypatch.setattr("trackdyn.sweeps.ring.computed_rows", computed)
     monkeypatch.setattr("trackdyn.sweeps.ring.METRIC_COLUMNS", {})
     table = ring_study(rig, [115.0], [0.308], loads=[2000.0, 0.0])
-    assert table[["rpm", "load_n", "ring_radius_m"]].fillna(0.0).to_numpy().tolist() == [
-        [115.0, 0.0, 0.0], [115.0, 2000.0, 0.0], [115.0, 0.0, 0.308], [115.0, 2000.0, 0.308]
-    ]  # fmt: skip
+    asked = table[["rpm", "load_n", "ring_radius_m"]].fillna(0.0).to_numpy().tolist()
+    assert asked == [[115.0, load, radius] for radius in (0.0, 0.308) for load in (0.0, 2000.0)]
     assert [row.task["scene"].get("load") for row in rows] == [None, 2000.0] * 2
     assert len({row.key for row in rows}) == 4
     before = [row.key for row in rows if "load" not in row.task["scene"]]
