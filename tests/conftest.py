@@ -104,6 +104,14 @@ def run_command(*words):
     return Ended(code, out.getvalue(), err.getvalue())
 
 
+def run_python(*words, cwd=ROOT, **environment):
+    """Exit code, output and errors of another Python: ``run_python("-m", "snakemake", PYTHONPATH=ROOT)``."""
+    environment = os.environ | {name: str(value) for name, value in environment.items()}
+    command = [sys.executable, *map(str, words)]
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
+    return Ended(done.returncode, done.stdout, done.stderr)
+
+
 def refused(call, *arguments, words=(), start="", match=None, error=InputError, **keywords):
     """The refusal of a call: one sentence with this start, these words and this pattern."""
     with pytest.raises(error, match=match) as caught:

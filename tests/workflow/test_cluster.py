@@ -1,7 +1,6 @@
 """Sweeps as a module, and the profiles."""
 
 import os
-import subprocess
 import sys
 from contextlib import nullcontext
 from itertools import pairwise
@@ -11,7 +10,7 @@ import pandas as pd
 import pytest
 from snakemake.iocontainers import Namedlist
 
-from tests.conftest import RIG, ROOT
+from tests.conftest import RIG, ROOT, run_python
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps import batch_jobs
@@ -59,15 +58,9 @@ elif program.name == "scontrol":
 
 
 def snakemake(folder, *arguments):
-    caches = {"XDG_CACHE_HOME": str(folder / "cache"), "TRACKDYN_CACHE": str(cache_folder().parent)}
-    caches["PATH"] = f"{folder / 'bin'}:{os.environ['PATH']}"
-    return subprocess.run(
-        [sys.executable, "-m", "snakemake", "--nocolor", *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | caches,
-        capture_output=True,
-        text=True,
-    )
+    environment = {"XDG_CACHE_HOME": folder / "cache", "TRACKDYN_CACHE": cache_folder().parent, "PYTHONPATH": ROOT}
+    path = f"{folder / 'bin'}:{os.environ['PATH']}"
+    return run_python("-m", "snakemake", "--nocolor", *arguments, cwd=folder, PATH=path, **environment)
 
 
 def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
@@ -75,17 +68,15 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     design = pd.DataFrame([{"motor_rpm": rpm, "ring_radius": 0.308, **SCENE} for rpm in (115, 210, 115, "no")])
     design.to_csv(tmp_path / "d.csv", index=False)
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
-    result = snakemake(tmp_path, "-j2", "--quiet")
-    assert result.returncode == 0, result.stdout + result.stderr
+    done = snakemake(tmp_path, "-j2", "--quiet")
+    assert done.code == 0, done
     single = sweep(tmp_path / "d.csv", tmp_path / "single.csv", RIG, jobs=1)
     assert single.state.tolist() == ["done"] * 3 + ["refused"]
     assert (tmp_path / "single.csv").read_bytes() == (tmp_path / "r/s.csv").read_bytes()
-    again = snakemake(tmp_path, "-n", "--quiet", "rules")
-    assert "Nothing to be done" in again.stdout + again.stderr
+    assert "Nothing to be done" in str(snakemake(tmp_path, "-n", "--quiet", "rules"))
     design.assign(motor_rpm=116).to_csv(tmp_path / "d.csv", index=False)
-    os.utime(tmp_path / "d.csv", (1e9, 1e9))
-    other = snakemake(tmp_path, "-n", "--quiet", "rules")
-    assert "Nothing to be done" not in other.stdout + other.stderr, "a design of an older date is another one, too"
+    os.utime(tmp_path / "d.csv", (1e9, 1e9))  # a design of an older date is another one, too
+    assert "Nothing to be done" not in str(snakemake(tmp_path, "-n", "--quiet", "rules"))
 
 
 def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_retried_with_more(tmp_path):
@@ -99,8 +90,7 @@ def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_r
     profile = ("--workflow-profile", f"{ROOT}/profiles/slurm", "--slurm-init-seconds-before-status-checks", "1")
     config = ("--config", "design=d.csv", "out=r.csv", "batches=1")
     done = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", *profile, *config)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "Error in rule batch" in done.stderr and "NODE_FAIL" in done.stderr
+    assert done.code == 0 and "Error in rule batch" in done.err and "NODE_FAIL" in done.err, done
     calls = (tmp_path / "bin" / "calls").read_text(encoding="utf-8").splitlines()
     submitted = [dict(pairwise(call.split())) for call in calls]
     assert [(call["--mem"], call["-t"]) for call in submitted] == [("2000", "120"), ("4000", "240"), ("2000", "120")]
@@ -108,16 +98,14 @@ def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_r
 
 
 def test_a_module_without_its_config_names_the_missing_key(tmp_path):
-    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.csv")
-    printed = result.stdout + result.stderr
-    assert result.returncode == 1 and "sweep: design is missing" in printed and "Traceback" not in printed
+    done = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.csv")
+    assert done.code == 1 and "sweep: design is missing" in str(done) and "Traceback" not in str(done)
 
 
 def test_batches_hold_every_row_once_and_neighbours_alike():
     """More batches than rows repeat the first row: none is empty."""
-    design = pd.DataFrame(
-        [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2
-    )
+    rows = [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)]
+    design = pd.DataFrame(rows * 2)
     parts = batches(design, RIG, 2)
     assert [len(rows) for rows in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]

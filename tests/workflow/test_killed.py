@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from tests.conftest import ROOT
+from tests.workflow.test_workflow import copy_project
 
 TINY = Path("tests", "workflow", "tiny.yaml")
 TARGETS = tuple(f"results/{name}" for name in ("measured/ring.csv", "figures/fig24.png", "sensor/210rpm.csv"))
@@ -17,12 +18,9 @@ LONGEST_RUN = 1800  # s, of a graph that nobody disturbs, on a busy machine
 
 def copied(folder):
     """A copy of the project with results of its own."""
-    for name in ("config", "data", "profiles", "trackdyn", "workflow"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Snakefile", TINY):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    return folder
+    (folder / TINY).parent.mkdir(parents=True)
+    shutil.copy(ROOT / TINY, folder / TINY)
+    return copy_project(folder)
 
 
 def start(root):
@@ -50,22 +48,27 @@ def complete(root):
     results = root / "results"
     # a file that a killed job left half written has a dot in front
     files = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith(".")]
-    names = {path.relative_to(results).as_posix(): path.read_bytes() for path in files}
-    return {name: content for name, content in names.items() if not name.startswith("logs/")}
+    lasting = (path for path in files if not path.is_relative_to(results / "logs"))
+    return {path.relative_to(results).as_posix(): path.read_bytes() for path in lasting}
 
 
 def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(tmp_path):
     expected = complete(copied(tmp_path / "whole"))
     assert {"measured/ring.csv", "figures/fig24.png", "figures/fig24.svg", "runs/ring/210rpm_0.308.npz"} <= {*expected}
     root = copied(tmp_path / "killed")
-    # everybody, as where memory runs out; the driver, whose jobs go on; everybody is asked to end, as by a batch system
-    for kill, number in ((os.killpg, signal.SIGKILL), (os.kill, signal.SIGKILL), (os.killpg, signal.SIGTERM)):
-        before, process = written(root), start(root)
-        while written(root) == before:
+
+    def killed(after, kill=os.killpg, number=signal.SIGKILL):
+        """The command, killed once ``after()`` is true."""
+        process = start(root)
+        while not after():
             assert process.poll() is None, (root / "log.txt").read_text(encoding="utf-8")[-3000:]
             time.sleep(0.02)
         kill(process.pid, number)
         process.wait(300)
+
+    # everybody, as where memory runs out; the driver, whose jobs go on; everybody is asked to end, as by a batch system
+    for how in ((os.killpg, signal.SIGKILL), (os.kill, signal.SIGKILL), (os.killpg, signal.SIGTERM)):
+        killed(lambda before=written(root): written(root) != before, *how)
     results = complete(root)
     assert [name for name in expected.keys() | results.keys() if expected.get(name) != results.get(name)] == []
     # killed once more while a recording is made anew whose table and figure lie there already
@@ -73,12 +76,7 @@ def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(tmp_path):
     config = tiny.read_text(encoding="utf-8")
     assert "without_ring: false, steps_s: [[0.308, 1.0e-4]]" in config
     tiny.write_text(config.replace("[[0.308, 1.0e-4]]", "[[0.308, 5.0e-5]]"), encoding="utf-8")
-    process = start(root)
-    while recording.exists():
-        assert process.poll() is None, (root / "log.txt").read_text(encoding="utf-8")[-3000:]
-        time.sleep(0.02)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait(300)
+    killed(lambda: not recording.exists())
     tiny.write_text(config, encoding="utf-8")
     assert not recording.exists() and (root / TARGETS[1]).exists()
     assert complete(root) == expected

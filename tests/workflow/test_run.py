@@ -12,10 +12,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
-from tests.conftest import ROOT
-from trackdyn.inputs.errors import InputError
+from tests.conftest import ROOT, refused, run_python
 
-ENVIRONMENT = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
+PATH = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
 
 
 def test_configurations_are_found_among_the_arguments(tmp_path, monkeypatch, capsys):
@@ -36,8 +35,8 @@ def test_configurations_are_found_among_the_arguments(tmp_path, monkeypatch, cap
 def test_a_configuration_that_would_be_run_is_refused_before_it_is(tmp_path, monkeypatch):
     (tmp_path / "mine.yaml").write_text("__use_yte__: true\n", encoding="utf-8")
     monkeypatch.setattr("snakemake.cli.main", lambda arguments: pytest.fail("was started"))
-    with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
-        run.main(["-j2", "--configfile", str(tmp_path / "mine.yaml")])
+    arguments = ["-j2", "--configfile", str(tmp_path / "mine.yaml")]
+    refused(run.main, arguments, words=["__use_yte__ is not a known parameter"])
 
 
 SNAKEFILE = """
@@ -75,7 +74,7 @@ def snakemake(folder, *arguments):
     """A plain Snakemake, in a session of its own."""
     command = [sys.executable, "-m", "snakemake", "-j1", "--rerun-incomplete", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, start_new_session=True, **pipes)
+    return subprocess.Popen(command, cwd=folder, env=os.environ | PATH, start_new_session=True, **pipes)
 
 
 def jobs(folder, count):
@@ -109,7 +108,14 @@ def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_fo
     assert int((folder / "one.txt").read_text()) == jobs(folder, 2)[1]
 
 
-RUN = "import run, sys; run.ROOT = run.Path.cwd(); run.main(['-j1', *sys.argv[1:]])"
+def run_script(folder, script, *options):
+    """The job with another script, which need not wait, run by `run.main`."""
+    (folder / "one.py").write_text(script)
+    (folder / "go").touch()
+    code = "import run, sys; run.ROOT = run.Path.cwd(); run.main(['-j1', *sys.argv[1:]])"
+    return run_python("-c", code, *options, cwd=folder, **PATH)
+
+
 COMPILES = SCRIPT.replace(
     "def main",
     """from trackdyn.jit import kernel
@@ -126,68 +132,49 @@ FAILS = SCRIPT.replace("open(job", "from trackdyn import InputError; raise Input
 
 @pytest.mark.parametrize(("script", "code"), [(SCRIPT, 0), (FAILS, 1)], ids=["done", "failed"])
 def test_a_log_ends_with_the_time_of_its_job_and_a_run_with_those_that_took_most(folder, script, code):
-    (folder / "one.py").write_text(script)
-    (folder / "go").touch()
-    done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
-    assert done.returncode == code, done.stderr
+    done = run_script(folder, script)
+    assert done.code == code, done.err
     seconds = re.fullmatch(r"(\d+\.\d) CPU s", (folder / "logs/one.log").read_text().splitlines()[-1])[1]
-    words = [line.split() for line in done.stdout.splitlines()]
+    words = [line.split() for line in done.out.splitlines()]
     assert words[-2][:2] == ["1", "jobs"] and words[-1] == [seconds, "logs/one.log"]
-    assert f"logs/one.log: {seconds} CPU s" in done.stderr and "the last time" not in done.stderr
-    command = [sys.executable, "-c", RUN, "--forceall"]
-    again = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
-    assert f"logs/one.log: {seconds} CPU s the last time" in again.stderr
+    assert f"logs/one.log: {seconds} CPU s" in done.err and "the last time" not in done.err
+    assert f"logs/one.log: {seconds} CPU s the last time" in run_script(folder, script, "--forceall").err
 
 
 def test_kernels_that_a_job_compiles_are_in_its_log_and_at_the_end_of_a_run(folder):
-    (folder / "one.py").write_text(COMPILES)
-    (folder / "go").touch()
-    done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = run_script(folder, COMPILES)
+    assert done.code == 0, done.err
     lines = (folder / "logs/one.log").read_text().splitlines()[:-1]
     pattern = r"\d+\.\d CPU s to compile __main__\.twice, (\w+)"  # its part `once` is counted with it
     assert len({re.fullmatch(pattern, line)[1] for line in lines}) == len(lines) == 2  # arguments of two types
-    assert "2 compilations, 2 of them different, took " in done.stdout
+    assert "2 compilations, 2 of them different, took " in done.out
 
 
 def test_a_job_whose_run_was_killed_does_not_begin():
     code = "from trackdyn.sweeps import snakemake_job; snakemake_job._join('logs/one.log')"
-    gone = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
-    for driver, end in ((gone.stdout.strip(), "the run that began this job was killed\n"), (str(os.getpid()), "")):
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=ENVIRONMENT | {"TRACKDYN_DRIVER": driver}, capture_output=True, text=True
-        )
-        assert (done.stderr, done.returncode) == (end, int(bool(end)))
+    gone = run_python("-c", "import os; print(os.getpid())").out.strip()
+    for driver, end in ((gone, "the run that began this job was killed\n"), (os.getpid(), "")):
+        assert run_python("-c", code, **PATH, TRACKDYN_DRIVER=driver) == (int(bool(end)), "", end)
 
 
-@pytest.mark.parametrize(
-    ("code", "module", "exit_code", "message"),
-    [
-        (
-            "import runpy; runpy.run_path('workflow/run.py', run_name='__main__')",
-            "trackdyn.inputs.errors",
-            1,
-            "interrupted; the same command goes on\n",
-        ),
-        (
-            "snakemake = 1; from trackdyn.sweeps.snakemake_job import run_job; import trackdyn.inputs.errors",
-            "trackdyn.inputs.errors",
-            130,
-            "",
-        ),
-    ],
-)
-def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, message):
-    """Ctrl-C while a run or one of its jobs still imports."""
-    find = f"""
+STRUCK = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the tests run in the background
 sys.path[:0] = ["workflow", "."]
 class Struck:
     def find_spec(self, name, *_):
-        if name == {module!r}:
+        if name == "trackdyn.inputs.errors":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Struck())
 """
-    done = subprocess.run([sys.executable, "-c", find + code], cwd=ROOT, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (exit_code, message)
+
+
+@pytest.mark.parametrize(("code", "exit_code", "message"), [
+    ("import runpy; runpy.run_path('workflow/run.py', run_name='__main__')", 1,
+     "interrupted; the same command goes on\n"),
+    ("snakemake = 1; from trackdyn.sweeps.snakemake_job import run_job; import trackdyn.inputs.errors", 130, ""),
+], ids=["a run", "a job"])  # fmt: skip
+def test_an_interruption_of_imports_leaves_no_traceback(code, exit_code, message):
+    """Ctrl-C while a run or one of its jobs still imports."""
+    done = run_python("-c", STRUCK + code)
+    assert (done.code, done.err) == (exit_code, message)

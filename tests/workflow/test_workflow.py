@@ -4,8 +4,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,19 +11,17 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.conftest import ROOT
+from tests.conftest import ROOT, run_python
 from trackdyn.sources import imported_files
 from trackdyn_replication.study.settings import STUDIES
 
+FOLDERS = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
 RULE_FILES = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "laboratory/rules").glob("*.smk")]
 SCRIPT = re.compile(r'^ +script:\s*"(\S+\.py)"$', re.MULTILINE)
-SCRIPTS = sorted(
-    {
-        (path.parent / script).resolve()
-        for path in [*RULE_FILES, ROOT / "workflow/sweep.smk"]
-        for script in SCRIPT.findall(path.read_text(encoding="utf-8"))
-    }
-)
+SCRIPTS = sorted({
+    (path.parent / script).resolve()
+    for path in [*RULE_FILES, ROOT / "workflow/sweep.smk"] for script in SCRIPT.findall(path.read_text("utf-8"))
+})  # fmt: skip
 # rules that simulate: measures and words of their runs do not concern them
 SIMULATING = re.compile(
     r"simulate|ring_runs|peer_runs|trade_scene|trade_promises"
@@ -34,15 +30,18 @@ SIMULATING = re.compile(
 
 
 def snakemake(tmp_path, *arguments, run="-n", root=ROOT):
-    """Plan the workflow unchanged; nothing is run or locked."""
-    result = subprocess.run(
-        [sys.executable, "-m", "snakemake", run, "--nolock", "--nocolor", *arguments],
-        cwd=root,
-        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
-        capture_output=True,
-        text=True,
-    )
-    return result.returncode, result.stdout + result.stderr
+    """Exit code and text of Snakemake, which plans the workflow unchanged; nothing is run or locked."""
+    words = ("-m", "snakemake", run, "--nolock", "--nocolor", *arguments)
+    done = run_python(*words, cwd=root, XDG_CACHE_HOME=tmp_path / "cache")
+    return done.code, done.out + done.err
+
+
+def copy_project(folder):
+    """A copy of the files of the project that the workflow reads."""
+    for name in ("config", "data", "docs/measured", "docs/pictures", "profiles", "trackdyn", "workflow"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", folder)
+    return folder
 
 
 def planned_jobs(tmp_path, *arguments, root=ROOT):
@@ -57,8 +56,7 @@ def quick_config(tmp_path, change=lambda data: None):
     data = yaml.safe_load((ROOT / "config" / "quick.yaml").read_text(encoding="utf-8"))
     data["results"] = str(tmp_path / "results")
     change(data)
-    path = tmp_path / "copy.yaml"
-    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    (path := tmp_path / "copy.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
     return str(path)
 
 
@@ -102,8 +100,7 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
 
 
 def test_every_task_has_a_rule():
-    folders = (ROOT / name for name in ("trackdyn", "workflow", "laboratory"))
-    modules = [file for folder in folders for file in folder.rglob("*.py")]
+    modules = [file for folder in FOLDERS for file in folder.rglob("*.py")]
     assert sorted(file for file in modules if "\n@run_job\ndef main(job" in file.read_text(encoding="utf-8")) == SCRIPTS
 
 
@@ -145,14 +142,11 @@ for script in sys.argv[3:]:
 def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     """Scripts end here where they ask for their job, which they lack."""
     scripts = list({script.parent: script for script in SCRIPTS}.values())  # one of each folder
-    command = [sys.executable, "-c", LOADED, str(ROOT), str(ROOT / "workflow"), *map(str, scripts)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    folders = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
-    for line in done.stdout.splitlines():
-        script, files = json.loads(line)
-        ours = {Path(file) for file in files if any(Path(file).is_relative_to(folder) for folder in folders)}
+    lines = run_python("-c", LOADED, ROOT, ROOT / "workflow", *scripts).out.splitlines()
+    for script, files in map(json.loads, lines):
+        ours = {Path(file) for file in files if any(Path(file).is_relative_to(folder) for folder in FOLDERS)}
         assert len(ours) > 1 and ours - {Path(script)} <= set(imported_files(Path(script), ROOT)), script
-    assert len(done.stdout.splitlines()) == len(scripts) > 5
+    assert len(lines) == len(scripts) > 5
 
 
 # --- rules that an edit makes due --------------------------------------------------------------------------
@@ -165,25 +159,19 @@ class Pretended:
     targets = (*configured, "all", "studies")
 
     def __init__(self, folder):
-        self.folder, self.root = folder, folder / "copy"
-        for name in ("config", "data", "docs/measured", "docs/pictures", "trackdyn", "workflow"):
-            shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(ROOT / "Snakefile", self.root)
+        self.folder, self.root = folder, copy_project(folder / "copy")
         code, output = snakemake(folder, *self.targets, run="--summary", root=self.root)
         files = [line.split("\t")[0] for line in output.splitlines() if line.count("\t") > 3][1:]
-        made = {
-            "trade.csv",
-            "extremes.csv",
-            "fidelity.csv",
-            "claims.csv",
-            "report.html",
-            "manifest.json",
-        }
+        made = {"trade.csv", "extremes.csv", "fidelity.csv", "claims.csv", "report.html", "manifest.json"}
         assert code == 0 and made <= {Path(file).name for file in files}, output
         for file in files:
             (self.root / file).parent.mkdir(parents=True, exist_ok=True)
             (self.root / file).touch()
-        code, output = snakemake(folder, "-j1", "--forceall", *self.targets, run="--touch", root=self.root)
+        self.touch("--forceall")
+
+    def touch(self, *options):
+        """Take every result for one of the present files."""
+        code, output = snakemake(self.folder, "-j1", *options, *self.targets, run="--touch", root=self.root)
         assert code == 0, output
 
     def due(self, *options):
@@ -233,41 +221,36 @@ METRIC = {
     "trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
     "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
 }
-# edits, the rules that they make due, and further ones that they must not, besides those that simulate
+MEASURE = in_place_of("OTHERS = (", 'OTHERS = (Measure(Column("sway_g", "a sum", "g", "sway")),')
+# edits, the rules that they make due, further ones that they must not, and all that simulate and are due
 EDITS = {
     "a metric and a caption": (
         METRIC | {"workflow/trackdyn_replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
-        {"measure", "metrics", "claims", "page"}, set(),
+        {"measure", "metrics", "claims", "page"}, set(), set(),
     ),
     "a claim and a cell of the article": (
-        {
-            "config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1"),
-            "config/article.csv": in_place_of("115,,", "115,11.0,"),
-        },
-        {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"},
+        {"config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1"),
+         "config/article.csv": in_place_of("115,,", "115,11.0,")},
+        {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"}, set(),
     ),
     "the template of the page": (
         {"workflow/trackdyn_replication/report/page/page.html.j2": in_place_of("<", "{# another #}<")},
-        {"page", "manifest"}, {"measure", "claims", "schematics"},
+        {"page", "manifest"}, {"measure", "claims", "schematics"}, set(),
+    ),
+    "a measure": (
+        {"trackdyn/measure/catalogue.py": MEASURE},
+        {"measure", "metrics"}, set(), {"fidelity_setting", "trade_promises", "trade_scene"},
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", EDITS)
-def test_measures_and_words_of_runs_rerun_none(pretended, name):
-    edits, due, untouched = EDITS[name]
+def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(pretended, name):
+    edits, due, untouched, simulating = EDITS[name]
     with pretended.edited(edits):
         reruns = pretended.due()
     assert due <= reruns.keys() and not untouched & reruns.keys(), reruns
-    assert not [rule for rule in reruns if SIMULATING.fullmatch(rule)], reruns
-
-
-def test_a_measure_reruns_the_studies_whose_rows_are_measures_and_no_other_run(pretended):
-    added = in_place_of("OTHERS = (", 'OTHERS = (Measure(Column("sway_g", "a sum", "g", "sway")),')
-    with pretended.edited({"trackdyn/measure/catalogue.py": added}):
-        due = pretended.due()
-    studies = {"fidelity_setting", "trade_promises", "trade_scene"}
-    assert {rule for rule in due if SIMULATING.fullmatch(rule)} == studies and {"measure", "metrics"} <= due.keys()
+    assert {rule for rule in reruns if SIMULATING.fullmatch(rule)} == simulating
 
 
 # files that the default run reads, the rules that read them, and one that does not (all read the rig)
@@ -339,10 +322,10 @@ def test_the_remedy_of_a_recording_of_another_configuration_makes_it_again(prete
     """A configuration was changed and its results touched: none is due, and the manifest's sentence names a command."""
     with pretended.edited({"config/quick.yaml": in_place_of("step_s: 1.0e-4", "step_s: 1.25e-4")}):
         assert pretended.due()["simulate"] == 2
-        code, output = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
-        assert code == 0 and pretended.due() == {}, output
+        pretended.touch()
+        assert pretended.due() == {}
         named = [f"results/quick/runs/meshing/{name}.npz" for name in ("no_ring", "ring")]
         due = pretended.due("-R", *named, *pretended.targets)
     assert due["simulate"] == 2 and {"metrics", "meshing_figures", "manifest"} <= due.keys()
-    code, output = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
-    assert code == 0 and pretended.due() == {}, output
+    pretended.touch()
+    assert pretended.due() == {}
