@@ -6,21 +6,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.measure import spectra
 
 RATE = 1000.0
 RECORD = 90_000
-SIGNALS = arrays(float, st.integers(2, 300), elements=st.floats(-100.0, 100.0))
-ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy one is no failure
 
 
-def sine(hz, n=RECORD, amplitude=1.0, phase=0.0, offset=0.0, rate=RATE):
-    return offset + amplitude * np.cos(2.0 * np.pi * hz * np.arange(n) / rate + phase)
+def sine(hz, n=RECORD, amplitude=1.0, phase=0.0, offset=0.0):
+    return offset + amplitude * np.cos(2.0 * np.pi * hz * np.arange(n) / RATE + phase)
 
 
-@ANY_MACHINE
-@given(SIGNALS)
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy machine is no failure
+@given(arrays(float, st.integers(2, 300), elements=st.floats(-100.0, 100.0)))
 def test_parseval(a):
     assert spectra.rms(a) == pytest.approx(np.hypot(spectra.standard_deviation(a), np.mean(a)), rel=1e-9, abs=1e-12)
     assert spectra.high_frequency_rms(a, RATE, 0.0) == pytest.approx(spectra.rms(a), rel=1e-9, abs=1e-12)
@@ -31,8 +29,7 @@ def test_parseval(a):
 @pytest.mark.parametrize("n", [500, 501])
 def test_spectrum_of_a_sine_on_a_bin(n):
     freq, amplitude = spectra.spectrum(sine(40.0 * RATE / n, n=n, amplitude=1.7, offset=-0.6), RATE)
-    assert len(freq) == n // 2 + 1
-    assert freq[40] == pytest.approx(40.0 * RATE / n)
+    assert len(freq) == n // 2 + 1 and freq[40] == pytest.approx(40.0 * RATE / n)
     expected = np.zeros(n // 2 + 1)
     expected[0], expected[40] = 0.6, 1.7
     np.testing.assert_allclose(amplitude, expected, atol=1e-12)
@@ -55,11 +52,9 @@ def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase=3.0):
     a = sine(hz, amplitude=1.1, phase=phase, offset=1.0)
     for h, amplitude in enumerate((0.3, 0.7, 0.1, 0.4, 0.2, 0.25, 0.05), start=2):
         a += sine(h * hz, amplitude=amplitude, phase=h * 1.3)
-    found_hz, found_amplitude, found_phase = spectra.main_line_binfree(a, RATE, 1.02 * hz)
-    assert found_hz == pytest.approx(hz, rel=1e-6)
-    assert found_amplitude == pytest.approx(1.1, rel=1e-5)
-    assert np.angle(np.exp(1j * (found_phase - phase))) == pytest.approx(0.0, abs=1e-4)
-
+    *line, line_phase = spectra.main_line_binfree(a, RATE, 1.02 * hz)
+    assert line == [pytest.approx(hz, rel=1e-6), pytest.approx(1.1, rel=1e-5)]
+    assert np.angle(np.exp(1j * (line_phase - phase))) == pytest.approx(0.0, abs=1e-4)
     noisy = a + np.random.default_rng(5).normal(0.0, 3.0, RECORD)
     assert spectra.main_line_binfree(noisy, RATE, 1.02 * hz)[0] == pytest.approx(hz, rel=1e-3)
 
@@ -103,36 +98,27 @@ def test_main_line_is_that_around_the_frequency_of_the_loop(hz):
     assert spectra.main_line(sine(0.5, n=3000), RATE, 0.5)[0] in (pytest.approx(1 / 3), pytest.approx(2 / 3))
 
 
-FUNCTIONS = {
-    "rms": spectra.rms,
-    "standard_deviation": spectra.standard_deviation,
-    "spectrum": lambda a: spectra.spectrum(a, RATE),
-    "main_line": lambda a: spectra.main_line(a, RATE, 0.5),
-    "main_line_binfree": lambda a: spectra.main_line_binfree(a, RATE, 0.5),
-    "high_frequency_rms": lambda a: spectra.high_frequency_rms(a, RATE),
-}
+ARGUMENTS = {
+    spectra.rms: (), spectra.standard_deviation: (), spectra.spectrum: (RATE,), spectra.main_line: (RATE, 0.5),
+    spectra.main_line_binfree: (RATE, 0.5), spectra.high_frequency_rms: (RATE,),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("function", ARGUMENTS)
 @pytest.mark.parametrize("a", [[], [1.0, np.nan, 2.0], np.zeros((3, 2)), ["a", "b"], [[1.0, 2.0], [3.0]]], ids=str)
-def test_unusable_signals_are_refused_in_one_sentence(name, a):
-    with pytest.raises(InputError, match="not a series of finite numbers: use two or more"):
-        FUNCTIONS[name](a)
+def test_unusable_signals_are_refused_in_one_sentence(function, a):
+    refused(function, a, *ARGUMENTS[function], words=["not a series of finite numbers: use two or more"])
 
 
-@pytest.mark.parametrize(
-    ("call", "word"),
-    [
-        (lambda a: spectra.highest_line(a, RATE, 0.1, 0.2), "longer record"),
-        (lambda a: spectra.main_line_binfree(np.ones(RECORD), RATE, 0.5), "constant"),
-        (lambda a: spectra.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
-        (lambda a: spectra.main_line_binfree(a, RATE, 499.9), "too high"),
-        (lambda a: spectra.main_line_binfree(a, RATE, 0.0), "fewer than two periods of 0 Hz"),
-    ],
-)
-def test_unusable_arguments_are_refused(call, word):
-    with pytest.raises(InputError, match=word):
-        call(sine(10.0, n=1000))
+@pytest.mark.parametrize(("function", "a", "hz", "word"), [
+    (spectra.highest_line, sine(10.0, n=1000), (0.1, 0.2), "longer record"),
+    (spectra.main_line_binfree, np.ones(RECORD), (0.5,), "constant"),
+    (spectra.main_line_binfree, sine(10.0, n=1000), (1.5,), "fewer than two periods"),
+    (spectra.main_line_binfree, sine(10.0, n=1000), (499.9,), "too high"),
+    (spectra.main_line_binfree, sine(10.0, n=1000), (0.0,), "fewer than two periods of 0 Hz"),
+])  # fmt: skip
+def test_unusable_arguments_are_refused(function, a, hz, word):
+    refused(function, a, RATE, *hz, words=[word])
 
 
 def test_high_frequency_rms_counts_from_the_corner_on():
@@ -147,8 +133,8 @@ def test_content_above_the_corner_does_not_depend_on_where_a_record_ends(hz):
     leaked = []
     for n in range(2000, 3000, 37):
         slow = sine(hz, n=n, amplitude=1.2, phase=0.3) + sine(2 * hz, n=n, amplitude=0.4, phase=1.0)
-        a = slow + sine(47.3, n=n, amplitude=0.2)
-        content = spectra.rms(sine(47.3, n=n, amplitude=0.2))
+        fast = sine(47.3, n=n, amplitude=0.2)
+        a, content = slow + fast, spectra.rms(fast)
         assert spectra.rms(spectra.high_passed(a, RATE)) == pytest.approx(content, rel=3e-3), n
         leaked.append(spectra.high_frequency_rms(a, RATE) / content - 1)
     assert max(leaked) > 0.02
