@@ -6,10 +6,12 @@ passages have 85 to 99 %.
 """
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import t as student
 
 from trackdyn.measure import uncertainty
+from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.measure.estimators import sensor_metrics
 from trackdyn.measure.uncertainty import batch_degrees, batch_error, line_error, ratio_values, turn_error
 
@@ -83,17 +85,16 @@ def test_errors_of_four_turns_are_those_of_their_pairs(period, ratio, batched):
     assert scatter / np.sqrt(np.mean(np.square(errors))) == pytest.approx(batched, rel=0.05)
 
 
-def squares(values, errors):
+def square_ratio(values, errors):
     """Mean square of errors that are said, over the variance of the values."""
-    return (np.square(errors).mean(), np.var(values, ddof=1))
+    return np.square(errors).mean() / np.var(values, ddof=1)
 
 
 def test_the_error_of_a_batch_mean_is_the_scatter_of_many_windows():
     """Of 4,000 windows of independent passages: four batches each, of which the mean square is known to 1.3 %."""
-    rng = np.random.default_rng(11)
-    windows = rng.standard_normal((4000, 16))
-    said, scatter = squares(windows.mean(axis=1), [batch_error(row)[0] for row in windows])
-    assert said / scatter == pytest.approx(1.0, abs=0.08)
+    windows = np.random.default_rng(11).standard_normal((4000, 16))
+    ratio = square_ratio(windows.mean(axis=1), [batch_error(row)[0] for row in windows])
+    assert ratio == pytest.approx(1.0, abs=0.08)
 
 
 @pytest.mark.parametrize("turns", [2, 3, 4])
@@ -101,9 +102,8 @@ def test_errors_over_turns_have_the_size_of_the_scatter_of_many_windows(turns):
     """The mean square of what is said is the variance of 3,000 windows: with one degree too many it is 1/2 to 3/4."""
     rng, samples = np.random.default_rng(12), 16
     signals = 1.0 + 0.1 * np.repeat(rng.standard_normal((3000, turns)), samples, axis=1)
-    values = signals.mean(axis=1)
-    said, scatter = squares(values, [turn_error(row, samples, np.mean) for row in signals])
-    assert said / scatter == pytest.approx(1.0, abs=0.12)  # of chi-square with one degree: sqrt(2 / 3000) is 2.6 %
+    ratio = square_ratio(signals.mean(axis=1), [turn_error(row, samples, np.mean) for row in signals])
+    assert ratio == pytest.approx(1.0, abs=0.12)  # of chi-square with one degree: sqrt(2 / 3000) is 2.6 %
 
 
 @pytest.mark.parametrize("turns", [3, 4])
@@ -111,25 +111,20 @@ def test_errors_of_the_line_have_the_size_of_the_scatter_of_many_windows(turns):
     """Amplitude and phase of turns scatter on their own; three turns leave the frequency one degree of freedom."""
     rng, samples, rate = np.random.default_rng(13), 32, 32.0
     angle = 2 * np.pi * np.arange(samples * turns) / samples
-    amplitudes, slopes, errors = [], [], []
+    rows = []
     for _ in range(2000):
         size, late = (np.repeat(0.01 * rng.standard_normal(turns), samples) for _ in range(2))
         a = (1 + size) * np.cos(angle + late)
         error = line_error(a, rate, 1.0, 1.0)
-        product = a * np.exp(-1j * angle)
-        amplitudes.append(2 * abs(product.reshape(turns, -1).mean(axis=1)).mean())
-        slopes.append(error.beyond_hz)
-        errors.append((error.amplitude, error.hz))
-    for values, column in zip((amplitudes, slopes), np.transpose(errors), strict=True):
-        said, scatter = squares(values, column)
-        assert said / scatter == pytest.approx(1.0, abs=0.15)
+        amplitude = 2 * abs((a * np.exp(-1j * angle)).reshape(turns, -1).mean(axis=1)).mean()
+        rows.append((amplitude, error.amplitude, error.beyond_hz, error.hz))
+    amplitudes, their_errors, slopes, slope_errors = np.transpose(rows)
+    assert square_ratio(amplitudes, their_errors) == pytest.approx(1.0, abs=0.15)
+    assert square_ratio(slopes, slope_errors) == pytest.approx(1.0, abs=0.15)
 
 
 def record(rng, partial=0.4):
-    """Twelve revolutions and a fraction: a line and a harmonic at 25 Hz.
-
-    The line's amplitude and phase and the content at 25 Hz scatter from revolution to revolution; noise is added.
-    """
+    """Twelve revolutions and a fraction of a line and a harmonic at 25 Hz, which scatter by revolution, and noise."""
     time = np.arange(round((TURNS + partial) * SAMPLES)) / RATE
     revolution = (time * LOOP_HZ).astype(int)
     size, late, sharp = (rng.standard_normal(TURNS + 1)[revolution] for _ in range(3))
@@ -139,20 +134,15 @@ def record(rng, partial=0.4):
 
 @pytest.fixture(scope="module")
 def replicas():
-    """Rows of measures of independent records."""
+    """Measures of independent records."""
     rng = np.random.default_rng(7)
-    return [sensor_metrics(record(rng), RATE, LOOP_HZ) for _ in range(REPLICAS)]
+    return pd.DataFrame([sensor_metrics(record(rng), RATE, LOOP_HZ) for _ in range(REPLICAS)])
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [("rms_g", "rms_error_g"), ("sd_g", "sd_error_g"),
-     ("line_g", "line_error_g"), ("line_hz_binfree", "line_error_hz_binfree"),
-     ("line_g_binfree", "line_error_g_binfree"), ("high_frequency_g", "high_frequency_error_g")],
-)  # fmt: skip
-def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name, error):
+@pytest.mark.parametrize("name", ["rms_g", "sd_g", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g"])
+def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name):
     """The truth is the mean of all replicas, twenty times closer to it than one of them."""
-    values, errors = (np.array([row[column] for row in replicas]) for column in (name, error))
+    values, errors = replicas[name], replicas[METRIC_COLUMNS[name][3]]
     degrees = TURNS - 2 if "hz" in name else batch_degrees(TURNS)
     covered = np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors
     assert 0.90 <= covered.mean() <= 0.98
@@ -173,18 +163,16 @@ def test_a_bin_of_a_harmonic_has_the_error_of_that_harmonic():
     """The second line is the highest and scatters by 5 %, the first one does not."""
     rng = np.random.default_rng(3)
     time = np.arange(round((TURNS + 0.1) * SAMPLES)) / RATE
-    size = 1 + 0.05 * rng.standard_normal(TURNS + 1)
-    each = size[(time * LOOP_HZ).astype(int)]
-    a = 0.1 * np.cos(2 * np.pi * LOOP_HZ * time) + each * np.cos(4 * np.pi * LOOP_HZ * time)
+    size, line = 1 + 0.05 * rng.standard_normal(TURNS + 1), 2 * np.pi * LOOP_HZ * time
+    a = 0.1 * np.cos(line) + size[(time * LOOP_HZ).astype(int)] * np.cos(2 * line)
     error = line_error(a, RATE, 2 * LOOP_HZ, LOOP_HZ)
     assert error.bin_amplitude == pytest.approx(batch_error(size[:TURNS])[0], rel=0.02)
     assert error.amplitude < 0.1 * error.bin_amplitude
 
 
 def test_too_few_revolutions_have_no_error():
-    time = np.arange(round(2.4 * SAMPLES)) / RATE
-    a = np.cos(2 * np.pi * LOOP_HZ * time)
-    assert np.isnan(line_error(a, RATE, LOOP_HZ, LOOP_HZ).hz)
-    assert np.isfinite(line_error(a, RATE, LOOP_HZ, LOOP_HZ).amplitude)
+    a = np.cos(2 * np.pi * LOOP_HZ * np.arange(round(2.4 * SAMPLES)) / RATE)
+    error = line_error(a, RATE, LOOP_HZ, LOOP_HZ)
+    assert np.isnan(error.hz) and np.isfinite(error.amplitude)
     assert np.isnan(line_error(a[: round(1.5 * SAMPLES)], RATE, LOOP_HZ, LOOP_HZ).amplitude)
     assert np.isnan(batch_error([1.0])).all()
