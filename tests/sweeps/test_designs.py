@@ -10,23 +10,19 @@ from tests.conftest import RIG, refused
 from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "is empty; a header"),
-        ("motor_rpm,\n1,2\n", "a column without a name"),
-        ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"),
-        ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"),
-        ('motor_rpm\n"1\n', "is not CSV"),
-        ("motor_rpm,speed\n1,2\n", "'speed' is not a column of a design"),
-        ("motor_rpm,road_1.arm\n1,2\n", "'road_1.arm' is not a column"),
-        ("ramp\n1\n", "no column motor_rpm"),
-        ("motor_rpm\n", "has no rows"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "is empty; a header"),
+    ("motor_rpm,\n1,2\n", "a column without a name"),
+    ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"),
+    ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"),
+    ('motor_rpm\n"1\n', "is not CSV"),
+    ("motor_rpm,speed\n1,2\n", "'speed' is not a column of a design"),
+    ("motor_rpm,road_1.arm\n1,2\n", "'road_1.arm' is not a column"),
+    ("ramp\n1\n", "no column motor_rpm"),
+    ("motor_rpm\n", "has no rows"),
+])  # fmt: skip
 def test_a_file_that_is_no_design_is_refused(tmp_path, text, message):
-    path = tmp_path / "d.csv"
-    path.write_text(text, encoding="utf-8")
+    (path := tmp_path / "d.csv").write_text(text, encoding="utf-8")
     refused(read_design, path, words=[message])
 
 
@@ -36,9 +32,9 @@ def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
     read_design(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}))
 
 
-def only(cells):
+def only(cells, rig=RIG):
     """The row that a design of these cells asks for."""
-    return requested_rows(pd.DataFrame([cells]), str(RIG))[0]
+    return requested_rows(pd.DataFrame([cells]), str(rig))[0]
 
 
 def test_cells_are_read_as_numbers_lists_and_names():
@@ -49,8 +45,7 @@ def test_cells_are_read_as_numbers_lists_and_names():
         "preset": "fast", "name": "a", "step": "1e-4; 5e-5",
     }  # fmt: skip
     row = only(cells)
-    assert row.reason == ""
-    assert row.task["scene"] == {
+    assert row.reason == "" and row.task["scene"] == {
         "preset": "fast", "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2], "contact_log": False,
         "friction": "none", "duration": "1_15", "lead_in": "\u0661", "step": [1e-4, 5e-5],
     }  # fmt: skip
@@ -74,43 +69,36 @@ def test_a_key_depends_on_values_and_not_on_their_spelling(monkeypatch):
 
 def test_a_default_and_the_same_value_stated_have_other_keys_where_a_rig_decides():
     """A row without a tensioner's setting has its rig's, and another key than one that locks it."""
-    table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
-    assert len({row.key for row in requested_rows(table, "parts")}) == 3
+    assert (
+        len({only({"motor_rpm": 115.0} | more, "parts").key for more in ({}, {"tension": "locked"}, {"step": 1e-4})})
+        == 3
+    )
 
 
-@pytest.mark.parametrize(
-    ("cells", "message"),
-    [
-        ({"motor_rpm": "115", "ring_radius": ""}, "ring_radius is empty"),
-        ({"motor_rpm": 115, "ring_radius": np.nan}, "ring_radius is empty"),
-        ({"motor_rpm": " "}, "motor_rpm is empty; a speed in rev/min is needed"),
-        ({"motor_rpm": "0.0"}, "motor_rpm = 0: must be above 0"),
-        ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc': must be a finite number"),
-        ({"motor_rpm": "115", "step": [1e-4, -1e-4]}, "step = -0.0001: must be between"),
-        ({"motor_rpm": "115", "step": ";"}, "step has no number"),
-        ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
-    ],
-)
-def test_a_cell_without_a_value_is_the_rows_reason(cells, message):
-    assert message in only(cells).reason
+@pytest.mark.parametrize(("column", "value", "message"), [
+    ("ring_radius", "", "ring_radius is empty"),
+    ("ring_radius", np.nan, "ring_radius is empty"),
+    ("motor_rpm", " ", "motor_rpm is empty; a speed in rev/min is needed"),
+    ("motor_rpm", "0.0", "motor_rpm = 0: must be above 0"),
+    ("step", "abc 1e-4", "step = 'abc': must be a finite number"),
+    ("step", [1e-4, -1e-4], "step = -0.0001: must be between"),
+    ("step", ";", "step has no number"),
+    ("rig", "no.yaml", "no.yaml: no such file"),
+])  # fmt: skip
+def test_a_cell_without_a_value_is_the_rows_reason(column, value, message):
+    assert message in only({"motor_rpm": "115"} | {column: value}).reason
 
 
 def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch):
     """Of the table, of the rig of its rows, of one that a row names, and of the file that this one is like."""
-    texts = {"base.yaml": f"like: {RIG}\n", "mine.yaml": "like: base.yaml\n", "d.csv": "motor_rpm,rig\n1,mine.yaml\n"}
     monkeypatch.chdir(tmp_path)
 
-    def key(**edits):
-        for name, text in (texts | edits).items():
+    def key(base="", mine="like: base.yaml\n", rpm=1):
+        texts = {"base.yaml": f"like: {RIG}\n{base}", "mine.yaml": mine, "d.csv": f"motor_rpm,rig\n{rpm},mine.yaml\n"}
+        for name, text in texts.items():
             Path(name).write_text(text, encoding="utf-8")
         return content_key("d.csv", "bench")
 
-    known = {
-        key(),
-        key(**{"base.yaml": texts["base.yaml"] + "chain: {source: assumed, link_mass: 12 kg}\n"}),
-        key(**{"mine.yaml": "like: bench\n"}),
-        key(**{"d.csv": "motor_rpm,rig\n2,mine.yaml\n"}),
-        key(**{"mine.yaml": "like: no_such_rig\n"}),
-    }
-    assert len(known) == 5
-    assert key(**{"base.yaml": texts["base.yaml"] + "# a comment\n"}) == key()
+    heavier = key("chain: {source: assumed, link_mass: 12 kg}\n")
+    assert len({key(), heavier, key(mine="like: bench\n"), key(mine="like: no_such_rig\n"), key(rpm=2)}) == 5
+    assert key("# a comment\n") == key()

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from tests.conftest import refused, run_python
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.files import MACHINE
 from trackdyn.sources import module_files, module_hash
@@ -49,8 +50,7 @@ print([row["values"]["blocked"] for row in rows.values()])
 
 @pytest.fixture
 def compute(tmp_path, monkeypatch):
-    folder = tmp_path / "program"
-    folder.mkdir()
+    (folder := tmp_path / "program").mkdir()
     (folder / "made_up_rows.py").write_text(MADE_UP, encoding="utf-8")
     os.utime(folder / "made_up_rows.py", (0, 0))  # or it was edited after this process began
     for cached in (module_files, module_hash):
@@ -63,19 +63,17 @@ def compute(tmp_path, monkeypatch):
     return made_up_rows.compute
 
 
-def tasks(*due):
+def tasks(count, ends=None, flag=""):
+    """So many rows by key, which end as ``ends`` says by number."""
+    due = ({"number": k, "ends": (ends or {}).get(k, ""), "flag": str(flag)} for k in range(count))
     return {key_of(task, "sources"): task for task in due}
-
-
-def states(rows):
-    return [(row["state"], row["reason"], sorted(row["values"])) for row in rows]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_row_has_the_state_of_its_computation(compute, tmp_path, jobs):
-    due = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
+    due = tasks(4, {1: "refused", 2: "diverged", 3: "failed"})
     rows = results(compute, due, jobs, tmp_path / "store")
-    assert states(rows[key] for key in due) == [
+    assert [(rows[key]["state"], rows[key]["reason"], sorted(rows[key]["values"])) for key in due] == [
         ("done", "", ["missing", "third"]),
         ("refused", "no such rig", []),
         ("diverged", "it flew apart", []),
@@ -91,7 +89,7 @@ def test_a_row_has_the_state_of_its_computation(compute, tmp_path, jobs):
     ("edit", "state"), [(("number / 3", "number / 4"), "failed"), (("import os", "# one\nimport os"), "done")]
 )
 def test_no_row_is_stored_under_the_key_of_other_sources(compute, tmp_path, jobs, edit, state):
-    due = tasks({"number": 1}, {"number": 2})
+    due = tasks(2)
     results(compute, due, jobs, tmp_path / "before")
     (tmp_path / "program" / "made_up_rows.py").write_text(MADE_UP.replace(*edit), encoding="utf-8")
     rows = results(compute, due, jobs, tmp_path / "store")
@@ -102,15 +100,14 @@ def test_no_row_is_stored_under_the_key_of_other_sources(compute, tmp_path, jobs
 
 def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
     """Run in a new process: in this one an earlier test may have started the tracker already."""
-    run = subprocess.run([sys.executable, "-c", BLOCKED], capture_output=True, text=True, timeout=120)
-    assert run.stdout.split("\n")[0] == str([["SIGINT"]] * 4), run.stderr
+    run = run_python("-c", BLOCKED)
+    assert run.out.split("\n")[0] == str([["SIGINT"]] * 4), run.err
 
 
 @pytest.mark.parametrize(("jobs", "place"), [(1, 9), (2, 0)])
 def test_a_row_that_kills_its_process_once_is_computed_in_the_same_call(compute, tmp_path, monkeypatch, jobs, place):
     """Its bytes are those of rows that nobody disturbed."""
-    ends = {place: "killed once"}
-    due = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
+    due = tasks(24, {place: "killed once"}, tmp_path / "f")
     rows = results(compute, due, jobs, tmp_path / "store")
     undisturbed = results(compute, due, 1)
     assert json.dumps([rows[key]["values"] for key in due]) == json.dumps([undisturbed[key]["values"] for key in due])
@@ -121,8 +118,7 @@ def test_a_row_that_kills_its_process_once_is_computed_in_the_same_call(compute,
 
 @pytest.mark.parametrize(("jobs", "killing"), [(1, {0}), (2, {5, 20}), (4, {0})])
 def test_a_row_that_kills_its_process_always_fails_and_the_others_are_done(compute, tmp_path, jobs, killing):
-    flag, store = tmp_path / "f", tmp_path / "store"
-    due = tasks(*({"number": k, "ends": "killed" if k in killing else "", "flag": str(flag)} for k in range(24)))
+    due, store = tasks(24, dict.fromkeys(killing, "killed"), tmp_path / "f"), tmp_path / "store"
     rows = results(compute, due, jobs, store)
     failed = [row["reason"] for row in rows.values() if row["state"] == "failed"]
     assert {k for k, key in enumerate(due) if rows[key]["state"] == "failed"} == killing
@@ -132,10 +128,8 @@ def test_a_row_that_kills_its_process_always_fails_and_the_others_are_done(compu
 
 def test_rows_of_a_sweep_that_was_killed_with_its_processes_are_computed_last(compute, tmp_path):
     """A mark of a process of this machine that is gone; one that runs, or is elsewhere, counts for nothing."""
-    due = tasks(*({"number": k} for k in range(4)))
-    first, second, third, _ = due
-    store = tmp_path / "store"
-    store.mkdir()
+    first, second, third, _ = due = tasks(4)
+    (store := tmp_path / "store").mkdir()
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     for name in (f"{first}.{MACHINE}-{gone.pid}", f"{second}.{MACHINE}-{os.getpid()}", f"{third}.other-{gone.pid}"):
@@ -146,15 +140,10 @@ def test_rows_of_a_sweep_that_was_killed_with_its_processes_are_computed_last(co
 
 def test_a_long_row_holds_back_no_others(compute, tmp_path):
     """Rows are counted as they come, although the first one waits until the others are stored."""
-    ends = {0: "waits for the others"}
-    due = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "store")} for k in range(4)))
-    rows = results(compute, due, 2, tmp_path / "store")
-    assert next(iter(rows)) != next(iter(due))
+    due = tasks(4, {0: "waits for the others"}, tmp_path / "store")
+    assert next(iter(results(compute, due, 2, tmp_path / "store"))) != next(iter(due))
 
 
 def test_processes_that_cannot_start_are_named(compute, tmp_path, monkeypatch):
-    import made_up_rows
-
     (tmp_path / "program" / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
-    with pytest.raises(TrackdynError, match=r"a process was ended \(EXIT\(1\)"):
-        results(made_up_rows.compute, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)
+    refused(results, compute, tasks(3), 2, error=TrackdynError, words=["a process was ended (EXIT(1)"])

@@ -17,20 +17,16 @@ ROWS = pd.read_csv(STORED)
 
 def grids(rows):
     """Rows of the default radii, then of these with ends cut or extended by a millimetre, and of the halved grid."""
-    radius, without = rows["ring_radius_m"], rows["ring_radius_m"].isna()
-    default = rows[(rows["grid"] == "default") | without]
-    ends = default["ring_radius_m"].min(), default["ring_radius_m"].max()
-    low, high = (~(default["ring_radius_m"] < ends[0] + BEYOND), ~(default["ring_radius_m"] > ends[1] - BEYOND))
-    return {
-        "default": default,
-        "lower end cut": default[low],
-        "upper end cut": default[high],
-        "both cut": default[low & high],
-        "lower end extended": rows[(rows["grid"] == "default") | without | (radius < ends[0])],
-        "upper end extended": rows[(rows["grid"] == "default") | without | (radius > ends[1])],
-        "halved": rows[rows["grid"].isin(["default", "halved"]) | without],
-        "halved and extended": rows,
-    }
+    radius, grid, none = rows["ring_radius_m"], rows["grid"], rows["ring_radius_m"].isna()
+    default, (low, high) = (grid == "default") | none, radius[grid == "default"].agg(["min", "max"])
+    lower, upper = radius < low + BEYOND, radius > high - BEYOND
+    chosen = {
+        "default": default, "lower end cut": default & ~lower, "upper end cut": default & ~upper,
+        "both cut": default & ~lower & ~upper, "lower end extended": default | (radius < low),
+        "upper end extended": default | (radius > high), "halved": default | (grid == "halved"),
+        "halved and extended": grid.notna(),
+    }  # fmt: skip
+    return {name: rows[of] for name, of in chosen.items()}
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
