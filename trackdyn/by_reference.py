@@ -9,23 +9,16 @@ This module uses only numba's interface for extensions.
 """
 
 import hashlib
+from functools import cache
 from itertools import accumulate
 from typing import get_args
 
 from llvmlite import ir
+from numba import extending
 from numba.core import cgutils, types
 from numba.core.imputils import impl_ret_borrowed
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    lower_builtin,
-    lower_getattr_generic,
-    models,
-    register_model,
-    typeof_impl,
-    unbox,
-)
+from numba.extending import typeof_impl
 
 WORD = 8  # bytes; the offset of every field is a multiple
 
@@ -40,39 +33,32 @@ class Block(types.Type):
         super().__init__(f"{kind.__name__}_{hashlib.sha256(content.encode()).hexdigest()[:16]}")
 
 
-@register_model(Block)
-class _BlockModel(models.PrimitiveModel):
-    """Data model of a block: the address of its first byte."""
-
-    def __init__(self, manager, block):
-        super().__init__(manager, block, cgutils.voidptr_t)
-        self.offsets = None  # of all fields and of the end, bytes
+extending.register_model(Block)(extending.models.OpaqueModel)  # the address of its first byte
 
 
+@cache
 def _offsets(context, block):
-    model = context.data_model_manager[block]
-    if model.offsets is None:
-        sizes = []
-        for member in block.members:
-            if isinstance(member, Block):
-                sizes.append(_offsets(context, member)[-1])
-            else:
-                size = 0 if member is types.none else context.get_abi_sizeof(context.get_value_type(member))
-                sizes.append(-(-size // WORD) * WORD)
-        model.offsets = list(accumulate(sizes, initial=0))
-    return model.offsets
+    """Return the offsets of all fields of a block and of its end, bytes."""
+    sizes = []
+    for member in block.members:
+        if isinstance(member, Block):
+            sizes.append(_offsets(context, member)[-1])
+        else:
+            size = 0 if member is types.none else context.get_abi_sizeof(context.get_value_type(member))
+            sizes.append(-(-size // WORD) * WORD)
+    return list(accumulate(sizes, initial=0))
 
 
 def _field(context, builder, block, address, index):
     """Return the pointer to a field of a block."""
     address = cgutils.pointer_add(builder, address, _offsets(context, block)[index])
     member = block.members[index]
-    return (
-        address if isinstance(member, Block) else builder.bitcast(address, context.get_value_type(member).as_pointer())
-    )
+    if isinstance(member, Block):
+        return address
+    return builder.bitcast(address, context.get_value_type(member).as_pointer())
 
 
-@infer_getattr
+@extending.infer_getattr
 class _BlockAttributes(AttributeTemplate):
     key = Block
 
@@ -81,7 +67,7 @@ class _BlockAttributes(AttributeTemplate):
         return block.members[fields.index(name)] if name in fields else None
 
 
-@lower_getattr_generic(Block)
+@extending.lower_getattr_generic(Block)
 def _load_field(context, builder, block, address, name):
     index = block.kind._fields.index(name)
     member = block.members[index]
@@ -114,7 +100,7 @@ def _unboxing(c, member):
     return module.globals[name]
 
 
-@unbox(Block)
+@extending.unbox(Block)
 def _unbox_block(block, value, c):
     """Copy the fields of a named tuple, and of those nested in it, into a block on the stack of the wrapper."""
     failed = cgutils.alloca_once_value(c.builder, cgutils.false_bit)
@@ -140,7 +126,7 @@ def _unbox_block(block, value, c):
     words = cgutils.alloca_once(c.builder, ir.ArrayType(ir.IntType(64), _offsets(c.context, block)[-1] // WORD))
     address = c.builder.bitcast(words, cgutils.voidptr_t)
     fill(block, value, address)
-    return NativeValue(address, is_error=c.builder.load(failed), cleanup=release)
+    return extending.NativeValue(address, is_error=c.builder.load(failed), cleanup=release)
 
 
 def register(kind) -> None:
@@ -160,7 +146,7 @@ def register(kind) -> None:
             register(field)
 
 
-@lower_builtin("__array__", types.Array)
+@extending.lower_builtin("__array__", types.Array)
 def _array_of(context, builder, signature, arguments):
     """Return an array as it is: without this rule numba looks for a new one at every access."""
     return arguments[0]

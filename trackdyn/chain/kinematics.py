@@ -125,10 +125,7 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
 
 @kernel
 def add_maxwell_moments(state: State, work: Work, step, maxwell):
-    """Add the moments of the Maxwell elements to ``work.torque`` as of ``step`` seconds (0: now) later.
-
-    They are extrapolated with the present rates; the sweep adds the change of these (`maxwell_damping`).
-    """
+    """Add the Maxwell elements' moments ``step`` s (0: now) later at the present rates, which the sweep changes."""
     for b in range(maxwell.time.shape[0]):
         decay = exp(-step / maxwell.time[b])
         gain = maxwell.stiffness[b] * maxwell.time[b] * (1.0 - decay)

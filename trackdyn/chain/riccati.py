@@ -1,20 +1,40 @@
 """Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method (docs/model.md).
 
 The state of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads ``z_a = [q_x, q_y, m]``, which
-act on a body at its input, and their opposites at its output. A product of transfer matrices loses every digit after
-about seventeen bodies of this chain; the sweep carries ``z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]`` from the
-input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N. ``lambda`` is the load through the cut joint 70.
-Back-substitution gives every acceleration as a linear function of it; the two closure rows (the pins of the cut
-coincide) and the torque law of the cut joint then fix it. ``-S`` is the articulated-body inertia of the bodies already
-swept: symmetric positive definite, so the recursion cannot break down.
+act on a body at its input, and their opposites at its output. The sweep carries ``z_a = S z_b + E [lambda_x, lambda_y,
+lambda_m, 1]`` from the input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N; ``lambda`` is the load
+through the cut joint 70. Back-substitution gives every acceleration as a linear function of it, and the two closure
+rows (the pins of the cut coincide) and the torque law of the cut joint fix it.
 """
 
-from trackdyn.chain.cholesky import factored, solve_factored
+from math import sqrt
+
 from trackdyn.chain.kinematics import mass_centre
-from trackdyn.chain.wheel_columns import add_slopes, hinge_columns, meet_columns, return_columns
 from trackdyn.jit import fused, inlined, kernel
 from trackdyn.model.arrays import SweepWork, Work
 from trackdyn.model.constants import Chain
+
+
+@inlined
+def factored(a11, a12, a13, a22, a23, a33):
+    """Return the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of a symmetric positive definite 3 x 3 matrix."""
+    l11 = sqrt(a11)
+    l21 = a12 / l11
+    l31 = a13 / l11
+    l22 = sqrt(a22 - l21 * l21)
+    l32 = (a23 - l31 * l21) / l22
+    return l11, l21, l31, l22, l32, sqrt(a33 - l31 * l31 - l32 * l32)
+
+
+@inlined
+def solve_factored(factor, right):
+    """Solve three equations by the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of their matrix."""
+    l11, l21, l31, l22, l32, l33 = factor
+    y1 = right[0] / l11
+    y2 = (right[1] - l21 * y1) / l22
+    z3 = (right[2] - l31 * y1 - l32 * y2) / l33 / l33
+    z2 = (y2 - l32 * z3) / l22
+    return (y1 - l21 * z2 - l31 * z3) / l11, z2, z3
 
 
 @inlined
@@ -95,10 +115,7 @@ def _arms(chain: Chain, work: Work, i):
 
 @fused
 def _add_body(chain: Chain, work: Work, i, turning, s, e):
-    """Add Newton's and Euler's equations about the input of a body (A.2 in the plane): ``S - B``, and its loads to E.
-
-    ``turning`` is the arm of its mass centre (m) and the square of its rate (rad2/s2).
-    """
+    """Add a body's equations about its input (A.2): ``S - B``, its loads; ``turning``: arm (m), square of its rate."""
     s11, s12, s13, s22, s23, s33 = s
     ex, ey, em = e
     gx, gy, w2 = turning
@@ -286,3 +303,70 @@ def accelerate(chain: Chain, state, work: Work, last):
         w2 = rate[i] * rate[i]
         ax -= alpha[i] * dy + w2 * dx
         ay += alpha[i] * dx - w2 * dy
+
+
+# With the slopes of contacts, friction on a wheel that turns freely couples the bodies on it to its acceleration: the
+# relation gets a column for every wheel but the sprocket, after the three of the cut load and the constant one.
+
+
+@fused
+def add_slopes(implicit, i, dx, dy, s):
+    """Add the contact slopes of a body to S and its coupling to the wheels' columns; shift these to its output."""
+    slopes, column = implicit.inertia, implicit.column
+    for wheel in range(1, column.shape[0]):
+        for r in range(3):
+            column[wheel, r] += implicit.couple[i, wheel, r]
+        column[wheel, 2] += dy * column[wheel, 0] - dx * column[wheel, 1]
+    return (
+        s[0] - slopes[i, 0], s[1] - slopes[i, 1], s[2] - slopes[i, 3],
+        s[3] - slopes[i, 2], s[4] - slopes[i, 4], s[5] - slopes[i, 5],
+    )  # fmt: skip
+
+
+@fused
+def hinge_columns(implicit, joint, s, implicit_damping):
+    """Transfer the wheels' columns across a joint, as in `_hinge`."""
+    column = implicit.column
+    d = 1.0 / (s[5] - implicit_damping)
+    for wheel in range(1, column.shape[0]):
+        g = column[wheel, 2]
+        implicit.gain[joint, wheel] = g * d
+        column[wheel, 0] -= s[2] * d * g
+        column[wheel, 1] -= s[4] * d * g
+        column[wheel, 2] = -implicit_damping * d * g
+
+
+@fused
+def meet_columns(implicit, factor):
+    """Solve for the wheels' columns of acceleration where the sweeps meet, into ``implicit.end`` and ``column``."""
+    column, end = implicit.column, implicit.end
+    implicit.row[:, :] = 0.0
+    for wheel in range(1, column.shape[0]):
+        end[wheel, 0], end[wheel, 1], end[wheel, 2] = solve_factored(factor, column[wheel])
+        for r in range(3):
+            column[wheel, r] = end[wheel, r]
+
+
+@fused
+def return_columns(implicit, work: Work, i, arm, motion):
+    """Shift the wheels' columns from a body's output to its input; add its ``motion`` to the row of each wheel."""
+    (dx, dy), (x, y, a) = arm, motion
+    z, gain = implicit.column, work.sweep.gain
+    last = work.sweep.response.shape[0] - 1
+    for wheel in range(1, z.shape[0]):
+        alpha = z[wheel, 2]
+        if i < last:
+            p1, p2, q = gain[i, 0], gain[i, 1], gain[i, 2]
+            alpha = q * alpha - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
+        z[wheel, 0] += dy * alpha
+        z[wheel, 1] -= dx * alpha
+        z[wheel, 2] = alpha
+        implicit.response[i, wheel] = alpha
+    for wheel in range(1, z.shape[0]):
+        # acceleration of this body as the friction on the wheel feels it
+        u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
+        if u != 0.0 or v != 0.0:
+            for k in range(4):
+                implicit.row[wheel, k] += u * x[k] + v * y[k] + w * a[k]
+            for k in range(1, z.shape[0]):
+                implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]

@@ -1,12 +1,10 @@
 """Contact along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
 
-A contact is computed in the frame of its wheel, which has the wheel's axis and does not spin: arc centres and link
-ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); their x and y give area or closest point,
-depth and normal as in planar motion, their z is the axial offset ``l_z``. The overlap of Eq. 19,
-``L = clip(contact length + overhang - |l_z|, 0, contact length)``, scales the stiffness. Normal and tangent are in the
-wheel's plane; the axial slip is the z component of the relative velocity. The force acts in the middle plane of the
-chain, where depth and slip are taken: its work is the energy that the contact stores and dissipates. In planar motion
-``space`` is None, and the wheel's frame is the inertial one.
+A contact is computed in the frame of its wheel, which has the wheel's axis and does not spin: points in the middle
+plane of the chain are transformed to it (Eqs. 15, 20); their x and y give area or closest point, depth and normal as in
+planar motion, their z is the axial offset ``l_z``. The axial slip is the z component of the relative velocity. The
+force acts in the middle plane of the chain, where depth and slip are taken: its work is the energy that the contact
+stores and dissipates. In planar motion ``space`` is None, and the wheel's frame is the inertial one.
 """
 
 from trackdyn.contact.laws import friction_coefficient
@@ -61,9 +59,7 @@ def centre_in_plane(model, space, wheel):
 @kernel
 def height(state, space):
     """Return the offset of the chain's plane along its normal, m."""
-    if space is None:
-        return 0.0
-    return state.plane.motion[OFFSET]
+    return 0.0 if space is None else state.plane.motion[OFFSET]
 
 
 @kernel
@@ -77,10 +73,7 @@ def normal_velocity(state, space, x, y):
 
 @kernel
 def overlap_ratio(space, kind, offset):
-    """Return the overlapping fraction of the contact length at an axial ``offset`` (m): Eq. 19, capped; 1 in the plane.
-
-    ``space`` is ``model.space``, here and in the functions below.
-    """
+    """Return the overlap at an axial offset (m) over the contact length (Eq. 19); ``space`` is that of the model."""
     if space is None:
         return 1.0
     length = space.length[kind]
@@ -98,10 +91,7 @@ def friction_coefficients(space, law, slip, axial_slip):
 
 @kernel
 def guide_force(space: Space, offset, speed):
-    """Return the axial force (N) of a guide on its connector, at an ``offset`` (m) of its middle and its rate (m/s).
-
-    It is that of a spring and a damper beyond the play, never in tension.
-    """
+    """Return the axial force (N) of a guide beyond its play, never in tension, at an offset (m) and its rate (m/s)."""
     depth = abs(offset) - space.clearance
     if depth <= 0.0:
         return 0.0

@@ -1,8 +1,4 @@
-"""Contact detection: arcs near the sprocket and their grooves, links near a wheel, guides (Fig. 11, Fig. 12).
-
-The same code serves planar motion and motion in space (`contact.axial`): points are taken in the frame of the wheel,
-which in the plane is the inertial one.
-"""
+"""Contact detection: arcs near the sprocket and their grooves, links near a wheel, guides (Fig. 11, Fig. 12)."""
 
 from math import cos as cosine
 from math import sin as sine
@@ -16,12 +12,8 @@ from trackdyn.model.constants import SPROCKET, Model, Tooth
 
 @kernel
 def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
-    """Return groove, area (0: no contact), depth (m), normal in the wheel's frame and radius (m) of an arc's contact.
-
-    ``groove`` holds the grooves that arcs touched last, ``cos, sin`` are of the sprocket's angle. Each arc searches the
-    groove that its own centre is in: tips are shared by neighbours.
-    """
-    k = groove[arc]
+    """Return groove, area (0: no contact), depth (m), normal in the wheel's frame and radius (m) of a contact."""
+    k = groove[arc]  # that of its last contact, else that of its own centre: tips are shared by neighbours
     ck, sk, x_k, y_k = laws.in_groove(tooth, k, cos, sin, x, y)
     if abs(x_k) > tooth.half_pitch * y_k:
         k = groove[arc] = laws.groove_index(tooth.teeth, cos * x + sin * y, -sin * x + cos * y)
@@ -77,15 +69,13 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             speed = laws.implicit_speed(law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
         ex = nx * c + ny * s
         slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
-        point = forces.ContactPoint(
+        contact = forces.Contact(
             body=body, wheel=SPROCKET, kind=FLANK, slot=arc,
             x=cx + lx - rc * nx, y=cy + ly - rc * ny, z=cz + lz, normal_x=nx, normal_y=ny,
-        )  # fmt: skip
-        penetration = forces.Penetration(
             law=law, depth=depth, speed=speed, impact_speed=impact, radius=radius, share=share,
             slip_compliance=half * slides, guide=0.0,
         )  # fmt: skip
-        work.tooth_force[arc] = forces.apply(model, state, work, point, penetration, space, implicit)
+        work.tooth_force[arc] = forces.apply(model, state, work, contact, space, implicit)
 
 
 @kernel
@@ -125,15 +115,13 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         law = laws.wheel_law(wheels, wheel)
         impact = laws.stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
         state.wheel_impact[link, wheel] = impact
-        point = forces.ContactPoint(
+        contact = forces.Contact(
             body=body, wheel=wheel, kind=kind, slot=slot,
             x=qx - thick * nx, y=qy - thick * ny, z=qz, normal_x=nx, normal_y=ny,
-        )  # fmt: skip
-        penetration = forces.Penetration(
             law=law, depth=depth, speed=speed, impact_speed=impact, radius=wheels.radius[wheel], share=share,
             slip_compliance=prediction * model.step * wheels.slip[wheel], guide=0.0,
         )  # fmt: skip
-        work.wheel_force[link, wheel] = forces.apply(model, state, work, point, penetration, space, implicit)
+        work.wheel_force[link, wheel] = forces.apply(model, state, work, contact, space, implicit)
         work.carried[wheel] += work.wheel_force[link, wheel]
 
 
@@ -158,24 +146,18 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             velocity = forces.point_velocity(state, work, space, body, (x, y, z), arm, 0.0)
             _, _, speed = forces.velocity_over_wheel(model, state, space, wheel, velocity, lx, ly)
             # no normal and no share of a contact length: only the axial force is left of the contact
-            point = forces.ContactPoint(
+            contact = forces.Contact(
                 body=body, wheel=wheel, kind=GUIDE, slot=0,
                 x=cx + lx, y=cy + ly, z=cz + lz, normal_x=0.0, normal_y=0.0,
-            )  # fmt: skip
-            penetration = forces.Penetration(
                 law=model.tooth.law, depth=1.0, speed=0.0, impact_speed=1.0, radius=1.0, share=0.0,
                 slip_compliance=0.0, guide=axial.guide_force(model.space, lz, speed),
             )  # fmt: skip
-            forces.apply(model, state, work, point, penetration, space, implicit)
+            forces.apply(model, state, work, contact, space, implicit)
 
 
 @kernel
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
-    """Compute contact loads on bodies and wheels at the present state.
-
-    With ``implicit`` the forces are extrapolated to the end of the step, and their slopes summed for the sweep;
-    ``space`` must be up to date (`integrate.plane.update_frame`).
-    """
+    """Compute contact loads on bodies and wheels now; with ``implicit`` at the end of the step, with their slopes."""
     work.force_x[:] = work.force_y[:] = work.moment[:] = work.wheel_torque[:] = work.carried[:] = 0.0
     work.count[0] = 0
     if implicit is not None:

@@ -21,8 +21,8 @@ AHEAD = 0.5
 PREDICTION = 0.5
 
 
-class ContactPoint(NamedTuple):
-    """Point at which a body touches a wheel, in the wheel's frame."""
+class Contact(NamedTuple):
+    """Point at which a body touches a wheel, in the wheel's frame, and the arguments of the laws except the slip."""
 
     body: int
     wheel: int
@@ -34,11 +34,6 @@ class ContactPoint(NamedTuple):
     z: float
     normal_x: float
     normal_y: float
-
-
-class Penetration(NamedTuple):
-    """Arguments of the contact laws besides the slip."""
-
     law: Law
     # depth, speed, impact_speed, radius: as in `contact.laws.force_and_slopes`; m, m/s, m/s, m
     depth: float
@@ -59,10 +54,7 @@ def mass_centre_arm(chain, work, body, x, y):
 
 @kernel
 def point_velocity(state, work, space, body, point, arm, prediction):
-    """Return the velocity of a body's point with a fraction of the last step's change, in the plane's frame, m/s.
-
-    ``point`` is its position, ``arm`` its x and y from the mass centre, m; ``prediction`` the fraction.
-    """
+    """Return the velocity of a body's point, plus ``prediction`` times its last change, in the plane's frame, m/s."""
     (x, y, z), (ax, ay) = point, arm
     w, dw = state.rate[body], prediction * work.delta_omega[body]
     vx = work.com_vx[body] - w * ay + prediction * work.com_dvx[body] - dw * ay
@@ -88,10 +80,7 @@ def wheel_velocity(state: State, suspensions, wheel, past):
 
 @kernel
 def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
-    """Return the velocity of a body's point relative to the wheel, in the wheel's frame, m/s.
-
-    ``velocity`` is that of the body's point in the plane's frame, ``ox, oy`` the point from the wheel's centre, m.
-    """
+    """Return the ``velocity`` of a point (``ox, oy`` from the wheel's centre) over the wheel, in the wheel's frame."""
     vx, vy, vz = to_wheel_frame(space, wheel, velocity[0], velocity[1], velocity[2])
     tx, ty = wheel_velocity(state, model.suspensions, wheel, 0.0)
     rate = state.wheel_rate[wheel]
@@ -104,23 +93,14 @@ def friction_secant(force, mu, slip):
     return force * abs(mu) / max(abs(slip), 1e-9)
 
 
-@inlined
-def normal_ahead(force, stiffness, damping, speed, step):
-    """Return the normal force ahead by its slopes (N), and its change per unit of acceleration in the step (kg)."""
-    force += AHEAD * step * stiffness * speed
-    if force <= 0.0:
-        return 0.0, 0.0
-    return force, step * (damping + AHEAD * step * stiffness)
-
-
 @kernel
-def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
+def add_inertia(work, implicit, contact, x, y, ox, oy, normal, friction):
     """Add the slopes of a contact to the masses of a linearly implicit sweep.
 
     ``x, y`` is the point in the plane's frame, ``ox, oy`` from the wheel's centre (m); ``normal`` and ``friction`` are
     the forces against a unit acceleration along normal and tangent, kg.
     """
-    body, wheel, nx, ny = point.body, point.wheel, point.normal_x, point.normal_y
+    body, wheel, nx, ny = contact.body, contact.wheel, contact.normal_x, contact.normal_y
     rx, ry = x - work.pin_x[body], y - work.pin_y[body]
     m1, m2 = rx * ny - ry * nx, rx * nx + ry * ny
     inertia = implicit.inertia[body]
@@ -140,7 +120,7 @@ def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
 
 
 @kernel
-def add_in_space(space, point, arm, load, from_centre, wheel_load):
+def add_in_space(space, contact, arm, load, from_centre, wheel_load):
     """Add the loads of a contact across the plane of the chain, and on the bearing of its wheel.
 
     ``arm`` from the body's mass centre (m) and ``load`` (N) are in the plane's frame, ``from_centre`` of the wheel and
@@ -148,10 +128,10 @@ def add_in_space(space, point, arm, load, from_centre, wheel_load):
     """
     (ax, ay, az), (fx, fy, fz) = arm, load
     (ox, oy, oz), (wx, wy, wz) = from_centre, wheel_load
-    space.force_z[point.body] += fz
-    space.moment_x[point.body] += ay * fz - az * fy
-    space.moment_y[point.body] += az * fx - ax * fz
-    reaction = space.wheel_load[point.wheel]
+    space.force_z[contact.body] += fz
+    space.moment_x[contact.body] += ay * fz - az * fy
+    space.moment_y[contact.body] += az * fx - ax * fz
+    reaction = space.wheel_load[contact.wheel]
     reaction[0] -= wx
     reaction[1] -= wy
     reaction[2] -= wz
@@ -161,16 +141,16 @@ def add_in_space(space, point, arm, load, from_centre, wheel_load):
 
 
 @kernel
-def list_contact(state: State, row, space, point: ContactPoint, guide, places, velocity, force):
+def list_contact(state: State, row, space, contact: Contact, places, velocity, force):
     """Write a contact into its ``row`` of the contact list.
 
     ``places`` are the point in the plane's frame, its arm from the body's mass centre, and the point from the wheel's
     centre in the wheel's frame, m; ``velocity`` is that of the body's point, m/s; ``force`` has its normal, tangential
-    and axial components and ``guide`` is the axial force of a guide, N.
+    and axial components, N.
     """
     ((x, y, z), (ax, ay), (ox, oy)), (normal, friction, axial) = places, force
-    wheel, nx, ny = point.wheel, point.normal_x, point.normal_y
-    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, normal * nx, normal * ny, guide)
+    wheel, nx, ny = contact.wheel, contact.normal_x, contact.normal_y
+    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, normal * nx, normal * ny, contact.guide)
     row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
         space, wheel, -friction * ny, friction * nx, axial
     )
@@ -178,7 +158,7 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
     row["arm_x"], row["arm_y"] = ax, ay
     row["speed_x"], row["speed_y"] = velocity[0], velocity[1]
     row["rate"] = state.wheel_rate[wheel]
-    row["body"], row["wheel"], row["kind"], row["slot"] = point.body, wheel, point.kind, point.slot
+    row["body"], row["wheel"], row["kind"], row["slot"] = contact.body, wheel, contact.kind, contact.slot
     if space is not None:
         row["normal_z"], row["friction_z"], row["spin_z"] = normal_z, friction_z, spin_z
         row["arm_z"], row["speed_z"] = z - state.plane.motion[OFFSET], velocity[2]
@@ -186,15 +166,15 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
 
 
 @kernel
-def shear_after_step(model: Model, state: State, point: ContactPoint, law: Law, slip, normal):
+def shear_after_step(model: Model, state: State, contact: Contact, slip, normal):
     """Return the elastic displacement of a link along a wheel under Dahl's law at this state, m; 0 where it begins.
 
     It is advanced once a step, over the last step at the slip (m/s) of the velocity that moved the link in it.
     """
-    k = point.slot - state.tooth_impact.shape[0]
+    k = contact.slot - state.tooth_impact.shape[0]
     passed = state.steps[0] - state.shear[1, k]
     if passed == 1.0:
-        state.shear[0, k] = sheared(law, state.shear[0, k], slip, normal, model.step)[0]
+        state.shear[0, k] = sheared(contact.law, state.shear[0, k], slip, normal, model.step)[0]
     elif passed != 0.0:
         state.shear[0, k] = 0.0
     state.shear[1, k] = state.steps[0]
@@ -215,64 +195,67 @@ def shear_energy(model: Model, state: State, wheel):
 
 
 @kernel
-def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
-    """Add the forces at ``point`` under ``penetration`` to loads and contact list; return the normal force now, N."""
-    law, body, wheel, nx, ny = penetration.law, point.body, point.wheel, point.normal_x, point.normal_y
+def apply(model: Model, state: State, work: Work, contact: Contact, space, implicit):
+    """Add the forces of a contact to loads and contact list; return the normal force now, N."""
+    law, body, wheel, nx, ny = contact.law, contact.body, contact.wheel, contact.normal_x, contact.normal_y
 
     # slip of the predicted velocity: along tau = z x n (Eqs. 31, 38 with the links' own rotation), and axial (32, 39)
-    x, y, z = to_plane_frame(space, wheel, point.x, point.y, point.z)
+    x, y, z = to_plane_frame(space, wheel, contact.x, contact.y, contact.z)
     ax, ay = mass_centre_arm(model.chain, work, body, x, y)
     vx, vy, vz = point_velocity(state, work, space, body, (x, y, z), (ax, ay), 0.0)
     prediction = PREDICTION if implicit is None else 0.0
     predicted = point_velocity(state, work, space, body, (x, y, z), (ax, ay), prediction)
     cx, cy, cz = wheel_centre(model, space, wheel)
-    ox, oy = point.x - cx, point.y - cy
+    ox, oy = contact.x - cx, contact.y - cy
     sx, sy, axial_slip = velocity_over_wheel(model, state, space, wheel, predicted, ox, oy)
     slip = nx * sy - ny * sx
 
     # normal force, and friction against the slip
-    speed, impact, radius = penetration.speed, penetration.impact_speed, penetration.radius
-    force, stiffness, damping = force_and_slopes(law, penetration.depth, speed, impact, radius)
-    normal = present = penetration.share * force
+    speed = contact.speed
+    force, stiffness, damping = force_and_slopes(law, contact.depth, speed, contact.impact_speed, contact.radius)
+    normal = present = contact.share * force
     mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
     shear = 0.0
     if law.shear_stiffness > 0.0:
         passed = velocity_over_wheel(model, state, space, wheel, (vx, vy, vz), ox, oy)
-        shear = shear_after_step(model, state, point, law, nx * passed[1] - ny * passed[0], present)
+        shear = shear_after_step(model, state, contact, nx * passed[1] - ny * passed[0], present)
     row = work.contact[work.count[0]]
     if implicit is not None:
-        # terms proportional to the step's accelerations go into the sweep
-        normal, normal_slope = normal_ahead(present, stiffness, damping, speed, model.step)
+        # ahead by the slopes; terms proportional to the step's accelerations go into the sweep
+        normal = present + AHEAD * model.step * stiffness * speed
+        normal_slope = model.step * (damping + AHEAD * model.step * stiffness)
+        if normal <= 0.0:
+            normal = normal_slope = 0.0
         if law.shear_stiffness > 0.0:
             shear, shear_slope = sheared(law, shear, slip, normal, model.step)
             friction_slope = model.step * law.shear_stiffness * shear_slope
         else:
             friction_slope = friction_secant(model.step * normal, mu, slip)
-        add_inertia(work, implicit, point, x, y, ox, oy, normal_slope, friction_slope)
+        add_inertia(work, implicit, contact, x, y, ox, oy, normal_slope, friction_slope)
         row["normal_slope"] = normal_slope
         row["friction_slope"] = friction_slope
     friction = -normal * mu
     if law.shear_stiffness > 0.0:
         friction = -law.shear_stiffness * shear
-    elif penetration.slip_compliance > 0.0:
+    elif contact.slip_compliance > 0.0:
         # the predicted slip contains the last step's friction; its change acts by the secant of Eq. 10
-        resisted = friction_secant(penetration.slip_compliance * normal, mu, slip)
-        friction = (friction + resisted * work.friction[1, point.slot]) / (1.0 + resisted)
-    if point.kind != GUIDE:
-        work.friction[0, point.slot] = friction
+        resisted = friction_secant(contact.slip_compliance * normal, mu, slip)
+        friction = (friction + resisted * work.friction[1, contact.slot]) / (1.0 + resisted)
+    if contact.kind != GUIDE:
+        work.friction[0, contact.slot] = friction
     axial = -normal * axial_mu
 
     # onto body, wheel and list
-    wx, wy, wz = normal * nx - friction * ny, normal * ny + friction * nx, axial + penetration.guide
+    wx, wy, wz = normal * nx - friction * ny, normal * ny + friction * nx, axial + contact.guide
     fx, fy, fz = to_plane_frame(space, wheel, wx, wy, wz)
     work.force_x[body] += fx
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
     work.wheel_torque[wheel] -= ox * wy - oy * wx
-    velocity, wheel_force = (vx, vy, vz), (normal, friction, axial)
-    list_contact(state, row, space, point, penetration.guide, ((x, y, z), (ax, ay), (ox, oy)), velocity, wheel_force)
+    places, components = ((x, y, z), (ax, ay), (ox, oy)), (normal, friction, axial)
+    list_contact(state, row, space, contact, places, (vx, vy, vz), components)
     if space is not None:
         arm = (ax, ay, z - state.plane.motion[OFFSET])
-        add_in_space(space, point, arm, (fx, fy, fz), (ox, oy, point.z - cz), (wx, wy, wz))
+        add_in_space(space, contact, arm, (fx, fy, fz), (ox, oy, contact.z - cz), (wx, wy, wz))
     work.count[0] += 1
     return present

@@ -1,8 +1,4 @@
-"""Contact laws and geometry in the plane, on plain numbers.
-
-Normal and friction laws (Eqs. 8 to 11), the area of a groove that an arc of the connector touches (Eqs. 12 to 34), and
-the closest point of a link to a wheel's centre.
-"""
+"""Laws (Eqs. 8 to 11) and geometry (Eqs. 12 to 34) of contacts in the plane, on plain numbers."""
 
 from math import atan2, copysign, exp, floor, pi, sqrt
 
@@ -170,10 +166,9 @@ def find_area(tooth: Tooth, x, y):
 
 @kernel
 def closest_point(ax, ay, bx, by, cx, cy):
-    """Return the closest point of a segment AB to the wheel's centre C: vertical, left-end or right-end case.
+    """Return the point Q of a segment AB closest to the wheel's centre C, after its parameter before it is limited.
 
-    Returns the parameter of the closest point before it is limited (0 to 1 vertical, below 0 end A, above 1 end B),
-    the contact point Q on AB and its distance from C, m.
+    That is 0 to 1 in the vertical case, less at end A, more at end B. The last result is the distance CQ, m.
     """
     ux, uy = bx - ax, by - ay
     s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)

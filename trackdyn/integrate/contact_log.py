@@ -50,26 +50,17 @@ def _log(contact_log: ContactLog, state: State, work: Work, i, when):
     entry["end_s"] = time + step
     if force > entry["peak_n"]:
         entry["peak_n"], entry["peak_s"] = force, time
-    _peak_between(entry, last, force, when)
-    last[0], last[1] = force, last[0]
-    entry["impulse_ns"] += force * step
-    entry["square_n2s"] += force * force * step
-    if side < 2:
-        entry["areas"] = int(entry["areas"]) | (1 << (work.tooth_area[2 * pitch + side] - 1))
-
-
-@kernel
-def _peak_between(entry, last, force, when):
-    """Raise the peak to the vertex of the parabola through the last three forces, if the middle one is their largest.
-
-    The largest of nine steps a period misses 2 % of a sine's peak on average. Where a neighbour is less than half of
-    the middle one, the steps do not resolve the peak, and the largest force remains.
-    """
-    time, step = when
+    # the vertex of the parabola through the last three forces, if the middle one is the largest: the largest of nine
+    # steps a period misses 2 % of a sine's peak on average. Where a neighbour is less than half of the middle one, the
+    # steps do not resolve the peak, and the largest force remains.
     before, middle = last[1], last[0]
     if middle > before and middle >= force and before >= 0.5 * middle and force >= 0.5 * middle:
         bend = before - 2.0 * middle + force
         top = middle - (force - before) ** 2 / (8.0 * bend)
         if top > entry["peak_n"]:
-            entry["peak_n"] = top
-            entry["peak_s"] = time - step + 0.5 * step * (before - force) / bend
+            entry["peak_n"], entry["peak_s"] = top, time - step + 0.5 * step * (before - force) / bend
+    last[0], last[1] = force, last[0]
+    entry["impulse_ns"] += force * step
+    entry["square_n2s"] += force * force * step
+    if side < 2:
+        entry["areas"] = int(entry["areas"]) | (1 << (work.tooth_area[2 * pitch + side] - 1))

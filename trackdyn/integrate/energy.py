@@ -13,10 +13,7 @@ from trackdyn.model.constants import SPROCKET, Model
 
 @kernel
 def _add_contact_work(out, first, row, body, wheel, step):
-    """Add the work of a contact over a step (s) to ``out`` from ``first`` on, by its kind.
-
-    ``body`` and ``wheel`` are the velocities of the two points that touch, m/s; a row has no z components in the plane.
-    """
+    """Add the work of a contact in a step (s) to ``out[first:]``; ``body``, ``wheel``: velocities of its two points."""
     sx, sy, sz = wheel
     vx, vy, vz = body[0] - sx, body[1] - sy, body[2] - sz
     if row["wheel"] == SPROCKET:
@@ -136,9 +133,8 @@ def energies(model: Model, state: State, work: Work, space, out):
 @kernel
 def _add_plane(model: Model, state: State, work: Work, space, out):
     """Add the out-of-plane kinetic energy and the change of the gravitational energy by the tilt (J)."""
-    chain, along, across, motion, a = (
-        model.chain, model.space.along, model.space.across, state.plane.motion, space.attitude,
-    )  # fmt: skip
+    chain, along, across = model.chain, model.space.along, model.space.across
+    motion, a = state.plane.motion, space.attitude
     p, q, z = motion[P], motion[Q], motion[OFFSET]
     kinetic = lifted = 0.0
     for i in range(state.rate.shape[0]):

@@ -26,8 +26,8 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
-from trackdyn.chain.cholesky import factored, solve_factored
 from trackdyn.chain.kinematics import mass_centre
+from trackdyn.chain.riccati import factored, solve_factored
 from trackdyn.jit import fused, kernel, summed
 from trackdyn.model.arrays import OFFSET, SPEED, P, Q, SpaceWork, State, Work
 from trackdyn.model.constants import Model

@@ -1,8 +1,7 @@
 """Time loop: samples of equal length, each of one or more steps, and their record.
 
-A feature that a scene lacks is None when a kernel is compiled, and its code is left out: a planar run has no code for
-motion in space. Every such choice doubles the code to compile. Features that cost no time when absent have empty
-arrays, or zeros, instead.
+A feature that a scene lacks is None when a kernel is compiled, and its code is left out. Every such choice doubles the
+code to compile: features that cost no time when absent have empty arrays, or zeros, instead.
 """
 
 from collections.abc import Callable
@@ -25,17 +24,6 @@ from trackdyn.model.constants import SPROCKET, Model
 CHATTER_INTERVAL = 16
 
 
-def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
-    """Raise `DivergenceError` if a run ended at a body (-1: none), with the time, the phase and the body."""
-    if body >= 0:
-        single_pin = len(state.angle) == len(state.wheel_impact)
-        name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
-        raise DivergenceError(
-            f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at {name}; "
-            f"use a step smaller than {model.step:g} s, or check the rig"
-        )
-
-
 class Integration:
     """Kernel of a method with its work arrays: the same arrays and types of arguments in every call."""
 
@@ -46,14 +34,17 @@ class Integration:
         self._call: Callable | None = None
 
     def __call__(self, model: Model, state: State, record: Record, first: int, last: int, phase: str = "the run"):
-        """Integrate samples ``first`` to ``last - 1`` and fill their rows.
-
-        Raises `DivergenceError`: the run, in the phase of this name, leaves the physical range.
-        """
+        """Fill rows ``first`` to ``last - 1``; `DivergenceError` names the phase in which a body leaves the range."""
         arguments = model, state, self._work, record, (first, last), *self._optional
         if self._call is None:
             self._call = direct(self._kernel, *arguments)
-        check_range(self._call(*arguments), model, state, phase)
+        if (body := self._call(*arguments)) >= 0:
+            single_pin = len(state.angle) == len(state.wheel_impact)
+            name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
+            raise DivergenceError(
+                f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
+                f"{name}; use a step smaller than {model.step:g} s, or check the rig"
+            )
 
 
 def refresh(model: Model, state: State, work: Work, optional: OptionalWork = OptionalWork()):
@@ -77,16 +68,12 @@ def _place(model: Model, state: State, work: Work):
 
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
-    """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of order 1.
-
-    A step computes the loads, solves the chain, and advances velocities and positions; a sample ends with the loads of
-    the step after it.
-    """
+    """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of order 1."""
     weight = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _place(model, state, work)
     sample, left, stepped = rows[0], 0, False
     while True:
-        # called in one place: the loads are most of the code to compile
+        # called in one place, as most of the code to compile: a sample ends with the loads of the step after it
         evaluate_loads(model, state, work, space, implicit)
         if stepped:
             if record.contact_log.rows.size:

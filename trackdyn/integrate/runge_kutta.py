@@ -79,23 +79,6 @@ def _derivative(model: Model, state: State, work: Work, time, out):
 
 
 @kernel
-def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step):
-    """Evaluate the stages after the first one of a ``step`` (s) that begins at ``time`` (s)."""
-    for s in range(1, stages.b.shape[0]):
-        offset = 0.0
-        for k in range(s):
-            offset += stages.a[s, k]
-        _unpack(state, stages.start, stages.slope, stages.a[s], s, step)
-        orient(state.angle, work.cos, work.sin)
-        forward_kinematics(model.chain, state, work)
-        _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
-        evaluate_loads(model, state, work, None, None)
-        solve_chain(model, state, work, 0.0, None)
-        sense(model, state, work, None, stages.sensed[s])
-        _derivative(model, state, work, time + offset * step, stages.slope[s])
-
-
-@kernel
 def _project(model: Model, state: State, work: Work):
     """Remove the gap of the cut joint and its rate, weighted with the mass."""
     base, response, cut = work.sweep.base, work.sweep.response, work.cut
@@ -121,10 +104,19 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     begin = state.steps[0] * step
     _pack(state, stages.start)
     _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
-    solve_chain(model, state, work, 0.0, None)
-    sense(model, state, work, None, stages.sensed[0])
-    _derivative(model, state, work, begin, stages.slope[0])
-    _evaluate(model, state, work, stages, begin, step)
+    for s in range(stages.b.shape[0]):
+        offset = 0.0
+        if s > 0:
+            for k in range(s):
+                offset += stages.a[s, k]
+            _unpack(state, stages.start, stages.slope, stages.a[s], s, step)
+            orient(state.angle, work.cos, work.sin)
+            forward_kinematics(model.chain, state, work)
+            _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
+            evaluate_loads(model, state, work, None, None)
+        solve_chain(model, state, work, 0.0, None)
+        sense(model, state, work, None, stages.sensed[s])
+        _derivative(model, state, work, begin + offset * step, stages.slope[s])
     _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step)
     for i in range(state.rate.shape[0]):
         if not abs(state.rate[i]) < RATE_LIMIT:

@@ -2,11 +2,10 @@
 
 Velocities are advanced with the accelerations at the start of the step, positions with the new velocities. The
 remaining gap of the cut joint, of second order in the step, is removed from positions and velocities alike (the SHAKE
-form) by a load through the cut: the sweep has the chain's response to it, at two multiply-adds a body. A free loop
-without damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, where
-damping is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with
-velocities extrapolated by half of their last change (`contact.forces.PREDICTION`), on the teeth also by the effect of
-the force itself in this step (`contact.laws.implicit_speed`); otherwise forces of a few steps are a tenth too high.
+form) by a load through the cut. A free loop without damping gains about 7e-4 of its energy in 20 s, steadily.
+Velocities belong to the middle of a step, where damping is taken: that of the bushings by the sweep
+(`chain.kinematics.damping_weight`), that of contacts with extrapolated velocities (`contact.forces.PREDICTION`), on the
+teeth also by the effect of the force itself (`contact.laws.implicit_speed`).
 """
 
 from trackdyn.chain.kinematics import bearing_drag, orient, rotated
@@ -127,10 +126,7 @@ def _advance_wheels(model: Model, state: State, work: Work, implicit):
 
 @fused
 def advance(model: Model, state: State, work: Work, implicit):
-    """Advance velocities, then positions, then project a rigid closure; return -1, or the body that left the range.
-
-    ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
-    """
+    """Advance velocities, then positions, then project a rigid closure; return -1, or the body that left the range."""
     chain, h, n = model.chain, model.step, state.angle.shape[0]
     # change of velocity along the chain, in the configuration before the step (for the energy balance)
     dvx, dvy = h * work.pin_ax[0], h * work.pin_ay[0]

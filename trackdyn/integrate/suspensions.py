@@ -20,19 +20,6 @@ def along(suspensions: Suspensions, k, q):
 
 
 @kernel
-def place_wheel(model: Model, suspensions: Suspensions, k, q):
-    """Place the wheel of suspension ``k`` at the coordinate ``q``."""
-    wheel = suspensions.wheel[k]
-    tx, ty = along(suspensions, k, q)
-    if suspensions.arm[k] == 0:
-        model.wheels.x[wheel] = suspensions.x[k] + tx * q
-        model.wheels.y[wheel] = suspensions.y[k] + ty * q
-    else:  # the arm is T turned back by a right angle
-        model.wheels.x[wheel] = suspensions.x[k] + ty
-        model.wheels.y[wheel] = suspensions.y[k] - tx
-
-
-@kernel
 def chain_force(work: Work, wheel):
     """Return the sum of the contact forces of the chain on a wheel, x and y, N."""
     fx = fy = 0.0
@@ -46,15 +33,12 @@ def chain_force(work: Work, wheel):
 
 @kernel
 def advance_suspensions(model: Model, state: State, work: Work, suspensions):
-    """Advance the suspensions by semi-implicit Euler, with the dampers at the end of the step.
-
-    At a stop a suspension loses its velocity; that energy and the damper's work count as bearing losses.
-    """
+    """Advance the suspensions by semi-implicit Euler, with the dampers at the end of the step."""
     h = model.step
     for k in range(suspensions.wheel.shape[0]):
         motion, mass, low, high = state.suspension[k], suspensions.mass[k], suspensions.low[k], suspensions.high[k]
-        tx, ty = along(suspensions, k, motion["q"])
-        fx, fy = chain_force(work, suspensions.wheel[k])
+        wheel, (tx, ty) = suspensions.wheel[k], along(suspensions, k, motion["q"])
+        fx, fy = chain_force(work, wheel)
         force = tx * fx + ty * fy + suspensions.preload[k] - suspensions.stiffness[k] * motion["q"]
         force -= suspensions.weight[k] * ty
         old = motion["rate"]
@@ -65,11 +49,17 @@ def advance_suspensions(model: Model, state: State, work: Work, suspensions):
             rate = (position - motion["q"]) / h
             if (position == low and rate < 0.0) or (position == high and rate > 0.0):
                 rate = 0.0
+        # the energy lost at a stop and the damper's work count as bearing losses
         lost = h * suspensions.damping[k] * free * (0.5 * (old + free)) + 0.5 * mass * (free * free - rate * rate)
         state.work_done[BEARING] += lost
         motion["q"], motion["rate"], motion["rate_before"] = position, rate, old
         motion["along_x"], motion["along_y"] = tx, ty
-        place_wheel(model, suspensions, k, position)
+        tx, ty = along(suspensions, k, position)
+        if suspensions.arm[k] == 0:
+            tx, ty = tx * position, ty * position
+        else:  # the arm is T turned back by a right angle
+            tx, ty = ty, -tx
+        model.wheels.x[wheel], model.wheels.y[wheel] = suspensions.x[k] + tx, suspensions.y[k] + ty
 
 
 @kernel

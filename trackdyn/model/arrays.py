@@ -147,11 +147,7 @@ class Record(NamedTuple):
 def make_record(
     samples: int, state, sensors: int, pitches=(), frames: int = 0, frame_stride: int = 0, log_rows: int = 0
 ) -> Record:
-    """Allocate the record of a run of ``samples`` rows and ``sensors`` sensors, for the bodies and wheels of ``state``.
-
-    Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, and up to
-    ``log_rows`` contact intervals.
-    """
+    """Allocate the record of a run with a state: contacts of ``pitches`` (1-based), at most ``log_rows`` intervals."""
     loop, wheels = state.wheel_impact.shape
     counts = {"sensors": sensors, "pitches": len(pitches), "wheels": wheels}
 

@@ -1,9 +1,8 @@
 """Constants of a run, in SI units.
 
-A closed chain has ``n`` rigid bodies (link, connector, link, ...). The output pin of body ``i`` is the input pin of
-body ``i + 1``; that of the last body is the input pin of the first one (the joint that is cut, element 70 of the
-paper). Vectors are in the inertial frame; an angle is the direction from input to output pin, counter-clockwise from
-the inertial x axis.
+A closed chain has ``n`` rigid bodies (link, connector, link, ...). The output pin of a body is the input pin of the
+next one; that of the last body is cut (element 70 of the paper). Vectors are in the inertial frame; an angle is the
+direction from input to output pin, counter-clockwise from the inertial x axis.
 """
 
 from typing import NamedTuple
