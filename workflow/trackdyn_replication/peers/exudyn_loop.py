@@ -15,6 +15,7 @@ import numpy as np
 
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.inputs.extras import required
+from trackdyn.jit import direct
 from trackdyn.model.arrays import State
 from trackdyn.model.constants import Chain, Drive, Model
 from trackdyn.scene.scene import Scene
@@ -170,6 +171,7 @@ def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
     """Run the solver; return wall and CPU seconds. Raises `DivergenceError`: it does not reach the end."""
     settings = exu.SimulationSettings()
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.linearSolver.reuseAnalyzedPattern = True
     settings.parallel.numberOfThreads = 1
     settings.solution.file.write = False
     t = settings.timeIntegration
@@ -214,9 +216,12 @@ def _add_contacts(exu, mbs, nodes: list, model: Model, state: State, contacts: C
         turned, spin = drive_at(model.drive, t)
         return begin + turned, spin
 
+    q = np.zeros(size)
+    write_forces = direct(force_vector, contacts, length, q, q, 0.0, 0.0, memory, load, torque, force)
+
     def forces(mbs, t, item, q, v):
         angle, spin = sprocket(t)
-        force_vector(contacts, length, np.asarray(q), np.asarray(v), angle, spin, memory, load, torque, force)
+        write_forces(contacts, length, np.array(q), np.array(v), angle, spin, memory, load, torque, force)
         return force
 
     def jacobian(mbs, t, item, q, v, by_q, by_v):
