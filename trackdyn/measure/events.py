@@ -4,8 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import find_peaks
+import scipy  # subpackages are loaded at first use: `scipy.signal` takes most of a second
 
 from trackdyn.measure.contacts import VISIT, contacts, passage_arrays
 from trackdyn.model.arrays import SIDES
@@ -77,7 +76,7 @@ def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, in
     """Yield side, its passage's first contact and its own (s), samples, column of the record and smoothed force (N)."""
     rig, width = recording.scene.rig, max(round(RESOLUTION * recording.rate), 1)
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    smoothed = uniform_filter1d(recording.force, width, axis=0)
+    smoothed = scipy.ndimage.uniform_filter1d(recording.force, width, axis=0)
     table = passage_arrays(recording)
     for connector, starts, ends in zip(table["connector"][:, 0], table["start_s"], table["end_s"], strict=True):
         first, last = np.fmin.reduce(starts), np.fmax.reduce(ends)
@@ -128,7 +127,7 @@ def like_peaks(recording: Recording) -> pd.DataFrame:
     for i, forces in sorted(series.items()):
         mean = np.mean([force[: min(map(len, forces))] for force in forces], axis=0)
         padded = np.r_[0.0, mean, 0.0]  # a force that begins or ends at its maximum has a peak there
-        peaks = find_peaks(padded, height=LIKE_HEIGHT * padded.max(), distance=apart)[0] - 1
+        peaks = scipy.signal.find_peaks(padded, height=LIKE_HEIGHT * padded.max(), distance=apart)[0] - 1
         for number, time in enumerate(peaks / recording.rate, 1):
             rows.append([f"{SIDES[i]} maximum, peak {number} of like height", time, time, np.nan, len(forces)])
     return pd.DataFrame(rows, columns=["event", "median_s", "mean_s", "sd_s", "passages"])

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest
+import scipy  # `scipy.stats` is loaded at first use: it takes a second
 
 from trackdyn.measure.cells import listed
 
@@ -44,7 +44,7 @@ def shares(table: pd.DataFrame) -> pd.DataFrame:
         row = dict(zip(LAW, setting, strict=True)) | {"rpm": rpm, "tracks": len(verdicts)}
         for name in VERDICTS:
             count = int(verdicts[name].sum())
-            interval = binomtest(count, len(verdicts)).proportion_ci(LEVEL)
+            interval = scipy.stats.binomtest(count, len(verdicts)).proportion_ci(LEVEL)
             row |= {name: count, f"{name}_share": count / len(verdicts)}
             row |= {f"{name}_low": interval.low, f"{name}_high": interval.high}
         rows.append(row)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
-from scipy.ndimage import uniform_filter1d
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts, passages
@@ -247,7 +247,8 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
             row = selected.sides.loc[side]
             if not row["count"]:
                 continue
-            force = uniform_filter1d(selected.force[:, SIDES.index(side)], max(round(RESOLUTION * recording.rate), 1))
+            width = max(round(RESOLUTION * recording.rate), 1)
+            force = scipy.ndimage.uniform_filter1d(selected.force[:, SIDES.index(side)], width)
             time = float(selected.time[inside][np.argmax(force[inside])])
             frame = int(np.argmin(np.abs(frames - time)))
             peak = f"largest {row['peak_n']:.0f} N at {row['highest_s'] - selected.first:.3f} s"
