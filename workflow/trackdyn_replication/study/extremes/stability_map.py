@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.model.arrays import ENERGY_NAMES, make_record
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import step_limits
@@ -34,16 +35,13 @@ def forced_run(start: Loop, step: float) -> float:
     steps = min(round(SECONDS / step), MOST_STEPS)
     stride = max(round(1e-3 / step), 1)
     loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step, stride=stride))
-    most = 0.0
-    for _ in range(steps // stride):
-        try:
-            loop.step(stride)
-        except DivergenceError:
-            return np.inf
-        if not np.isfinite(kinetic := loop.energy["kinetic"]):
-            return np.inf
-        most = max(most, kinetic)
-    return most
+    record = make_record(steps // stride, loop.state, len(loop.model.sensors.body))
+    try:
+        loop.fill(record, 0, steps // stride)
+    except DivergenceError:
+        return np.inf
+    most = record.samples.energy[:, ENERGY_NAMES.index("kinetic")].max(initial=0.0)
+    return float(most) if np.isfinite(most) else np.inf
 
 
 def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
