@@ -80,7 +80,7 @@ rule closure:
     input: recordings=[recording(run) for run in SPEEDS]
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
-    script: "../trackdyn_replication/report/figures/closure.py"
+    script: "../trackdyn_replication/report/figures/records.py"
 
 
 rule sensor_figures:

@@ -29,13 +29,13 @@ from trackdyn_replication.paper.contents import PAPER
 from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
 from trackdyn_replication.paper.published import SENSORS
-from trackdyn_replication.report.figures.closure import closure_figure
 from trackdyn_replication.report.figures.meshing import (
     moments,
     passage_figure,
     printed_and_measured_times,
     select_passage,
 )
+from trackdyn_replication.report.figures.records import closure_figure
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
 from trackdyn_replication.report.tables import lines_table, table1, table3
 

@@ -7,20 +7,13 @@ from pathlib import Path
 
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
-from trackdyn_replication.report.figures.chain import piece_figure, topology_figure
-from trackdyn_replication.report.figures.contact import arc_figure, flow_figure, link_figure
-from trackdyn_replication.report.figures.groove import (
-    detection_figure,
-    engagement_figure,
-    section_figure,
-    sector_figure,
-)
-from trackdyn_replication.report.figures.system import locations_figure, setup_figure, system_figure
+from trackdyn_replication.report.figures import contact, groove, system
 
 FIGURES = {
-    1: system_figure, 2: piece_figure, 3: topology_figure, 4: locations_figure, 5: section_figure,
-    6: engagement_figure, 7: sector_figure, 8: detection_figure, 9: partial(arc_figure, area=1),
-    10: partial(arc_figure, area=2), 11: flow_figure, 12: link_figure, 16: setup_figure,
+    1: system.system_figure, 2: system.piece_figure, 3: system.topology_figure, 4: system.locations_figure,
+    5: groove.section_figure, 6: groove.engagement_figure, 7: groove.sector_figure, 8: groove.detection_figure,
+    9: partial(contact.arc_figure, area=1), 10: partial(contact.arc_figure, area=2), 11: contact.flow_figure,
+    12: contact.link_figure, 16: system.setup_figure,
 }  # fmt: skip
 
 
