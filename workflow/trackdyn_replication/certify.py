@@ -88,10 +88,7 @@ class Manifest(Section):
 
 
 def describe(results: Path | str) -> dict[str, File]:
-    """Describe the files that a run has made in a results folder, by name.
-
-    A folder in it that has kernels of its own, such as ``results/quick``, is another run.
-    """
+    """Describe the files of a results folder by name; a folder in it with kernels of its own is another run."""
     results = Path(results)
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")
@@ -179,10 +176,7 @@ def compare_files(results: Path | str, expected: Mapping[str, File]) -> list[Fin
 
 
 def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Finding]:
-    """Compare the inputs of a run, hashes by name, with the files that lie there now: a finding for every input.
-
-    Their names are relative to the present folder, or to one that holds the results.
-    """
+    """Compare the inputs of a run, relative to this folder or one that holds the results, with the present files."""
     folders = [Path(), *Path(results).resolve().parents]
     findings = []
     for name, expected in inputs.items():

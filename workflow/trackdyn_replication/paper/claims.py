@@ -251,10 +251,7 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
 
 
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
-    """Compare the numbers that the paper prints or implies of its simulation, a row each, with those of a rig.
-
-    A number whose evidence is not there is not met; of several readings their range at a speed is measured.
-    """
+    """Compare each number that the paper prints or implies of its simulation with a rig's, not met without evidence."""
     rows = []
     for claim in (claim for claim in claims if claim.numbers):
         judgement = judge(claim, e)

@@ -1,8 +1,4 @@
-"""Contents of a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
-
-``contents.yaml`` next to this file is the one list: from a rule to its figures and tables with their titles and
-captions, and the sections of the page with their figures and tables.
-"""
+"""Figures and tables of the paper and of our own, by rule, and the sections of the page (``contents.yaml``)."""
 
 import re
 from dataclasses import dataclass

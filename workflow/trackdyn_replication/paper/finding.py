@@ -35,10 +35,7 @@ def main_run(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def shares(table: pd.DataFrame) -> pd.DataFrame:
-    """Count the tracks on which each verdict holds, by law, setting and speed, with shares and 90 % intervals.
-
-    Intervals are those of Clopper and Pearson.
-    """
+    """Count the tracks on which each verdict holds, by law, setting and speed, with 90 % Clopper-Pearson intervals."""
     rows = []
     for (*setting, rpm), verdicts in main_run(table).groupby([*LAW, "rpm"], dropna=False):
         row = dict(zip(LAW, setting, strict=True)) | {"rpm": rpm, "tracks": len(verdicts)}
@@ -52,25 +49,19 @@ def shares(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_law(counts: pd.DataFrame, law: str, rpm: float) -> pd.DataFrame:
-    """Return the shares of a law at a speed with the friction that the laws share, by its value.
-
-    Values that were run on fewer tracks than others are left out.
-    """
+    """Return the shares of a law at a speed with the common friction, by its value; values run on most tracks only."""
     chosen = counts[(counts["law"] == law) & (counts["friction_static"] == FRICTION) & (counts["rpm"] == rpm)]
     return chosen[chosen["tracks"] == chosen["tracks"].max()].sort_values(OWN[law]).set_index(OWN[law])
 
 
 def windows(table: pd.DataFrame) -> pd.DataFrame:
-    """Return radii less the polygon radius (m) at which an arc lets go or comes back, by bins of mobilised friction.
-
-    Quantiles are over the tracks and laws in a bin; infinite where the event does not come up to the largest ring.
-    """
+    """Return radii less the polygon radius (m) at which an arc lets go or comes back, by bins of mobilised friction."""
     run, rows = main_run(table), []
     for low, high in pairwise(BINS):
         inside = run[run["mobilised_friction"].between(low, high, inclusive="left")]
         for event in ("right_free_from_m", "right_back_from_m", "left_lost_from_m"):
             if len(inside) >= 10:
-                above = (inside[event] - inside["polygon_m"]).fillna(np.inf)
+                above = (inside[event] - inside["polygon_m"]).fillna(np.inf)  # none: beyond the largest ring
                 quantiles = np.quantile(above, [0.1, 0.5, 0.9], method="inverted_cdf")
                 rows.append([low, high, event, len(inside), *quantiles])
     return pd.DataFrame(rows, columns=["low", "high", "event", "rows", "q10", "q50", "q90"])
@@ -101,10 +92,7 @@ def _listed(numbers: Iterable[float]) -> str:
 
 
 def finding_sentences(table: pd.DataFrame, brief: bool = False) -> list[str]:
-    """Word the finding: the shares by both laws, and the mobilised friction that parts the tracks.
-
-    Without ``brief`` also those at other speeds, and of the plateau.
-    """
+    """Word the finding by both laws and the friction that parts the tracks; not ``brief``, also other speeds."""
     counts, at_others = shares(table), []
     rpm, *others = counts.groupby("rpm")["tracks"].max().sort_values(ascending=False, kind="stable").index
     eq10, dahl = (of_law(counts, law, rpm) for law in OWN)

@@ -1,8 +1,7 @@
 """Printed numbers that figures and tables compare with their own, each with its source.
 
-Lengths in m, times in s, frequencies in Hz; accelerations in g, the unit of the sensor; differences and
-shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no missing
-number may be invented. A reader who has the article fills in those of Table 3 (`load_cells`).
+Accelerations are in g, the unit of the sensor, differences and shares in percent, as printed. Cells of Tables 1 to 4
+and curves are not among them: no missing number may be invented. A reader may fill in Table 3 (`load_cells`).
 """
 
 from itertools import product

@@ -23,10 +23,7 @@ MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 
 
 def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
-    """Judge sentences of the paper as a whole: shown where all of their statements are.
-
-    ``statements`` are those that decide: the ones that are not shown, else all.
-    """
+    """Judge sentences of the paper as a whole: shown where all of their statements are, with those that decide."""
     rows = []
     for number, parts in card.dropna(subset="sentence").groupby("sentence"):
         lost = parts[parts["verdict"] == NOT_MET]
@@ -105,11 +102,7 @@ def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
 
 
 def conclusion_table(judged: pd.DataFrame, grips: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the sentences of the paper's conclusions on the ring, a row each, by their numbers.
-
-    Columns are the marks (`MARKS`) of the ``judged`` rig and of one whose ring ``grips`` (`sentence_verdicts`), and the
-    shares of sampled ``tracks`` (``plausible_sentences.csv``) that show it.
-    """
+    """Tabulate the conclusions on the ring: marks of a rig and of one that grips, and shares of sampled tracks."""
     gripping, shares, rows = grips.set_index("number")["verdict"], track_rows(tracks), {}
     for number, sentences in _conclusions(judged):
         for row in sentences.itertuples():

@@ -1,7 +1,4 @@
-"""Tracks sampled from assumed ranges: the shares of them that show a statement of the paper, and the rings to choose.
-
-The tables lie in ``data/plausible``, whose README describes the columns.
-"""
+"""Sampled tracks (``data/plausible``): the shares that show a statement of the paper, and the rings to choose."""
 
 from collections.abc import Mapping
 

@@ -192,11 +192,7 @@ def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
 
 
 def _add_contacts(exu, mbs, nodes: list, model: Model, state: State, contacts: Contacts) -> tuple[Callable, Memory]:
-    """Add one object that carries the contact forces of all bodies and wheels.
-
-    Return a function of time (s), coordinates and their rates, which updates the memory of the contacts, and this,
-    whose impact velocities begin as those of the state.
-    """
+    """Add one object with all contact forces; return the function that updates their memory after a step, and that."""
     import exudyn.itemInterface as items
 
     length, begin, n = model.chain.length, float(state.wheel_angle[0]), len(model.chain.length)

@@ -22,10 +22,7 @@ def summary(
     study: pd.DataFrame, judged: pd.DataFrame, numbers: pd.DataFrame, parameters: pd.DataFrame, near: pd.DataFrame,
     learned: Mapping[str, pd.DataFrame], **links: str,
 ) -> list[str]:  # fmt: skip
-    """Word the answer of the replication: the finding, the verdict on the default rig, missed numbers, its ring.
-
-    ``study`` is the table of `finding.TABLE`, ``learned`` are those of `learned_sentences`.
-    """
+    """Word the answer of the replication: the finding, the verdict on the default rig, missed numbers, its ring."""
     return blocks(
         Path(__file__).with_name("summary.md.j2"),
         finding=" ".join(finding_sentences(ran(study), brief=True)),

@@ -42,10 +42,7 @@ def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.
 
 
 def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
-    """Compare RMS and SD of simulation and sensor over whole turns of the loop, g.
-
-    Printed differences (%) are the paper's, against its own measured data.
-    """
+    """Compare RMS and SD of simulation and sensor over whole turns of the loop, g, with the paper's own differences."""
     rows = []
     for rpm, run, measured in _pairs(metrics, sensors):
         sensor = measured or defaultdict(lambda: nan)

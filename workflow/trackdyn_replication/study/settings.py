@@ -50,15 +50,12 @@ def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: 
 
 
 class StatisticErrors(Section):
-    """Settings for errors of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
-
-    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against.
-    """
+    """Settings for errors of the statistics of a record; ``coarse_steps_s`` for all but the full physics."""
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]
     loop_turns: Count
     loop_turns_without_ring: Count
-    steps_s: Steps
+    steps_s: Steps  # the two or three finest of semi_implicit give the limit that errors are taken against
     coarse_steps_s: Steps
 
     @model_validator(mode="after")

@@ -54,10 +54,7 @@ def draw_moment(ax: Axes, recording: Recording, index: int, near: bool) -> None:
 
 @styled
 def write_animation(recording: Recording, path: Path | str) -> None:
-    """Write one turn of the sprocket as a GIF: the sprocket next to the whole loop.
-
-    After a turn every body is at the position of another of its kind, so the GIF repeats without a jump.
-    """
+    """Write a turn of the sprocket as a GIF, next to the whole loop; after it each body is where another one was."""
     scene = recording.scene
     stride = max(1, round(INTERVAL / scene.frame_interval))
     step = stride * scene.frame_interval

@@ -1,8 +1,4 @@
-"""Figures 9 to 12: results of the contact search for an area and for a link, with exaggerated depths; its flow chart.
-
-The order of the areas in the chart comes from the search itself; the functions that it names are those that do the
-steps.
-"""
+"""Figures 9 to 12: the contact search of an area and of a link, depths exaggerated, and its flow chart."""
 
 from math import atan2
 from typing import NamedTuple

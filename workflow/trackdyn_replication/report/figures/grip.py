@@ -26,10 +26,7 @@ VERDICTS = {"conclusion_3": "no right arc from 0.305 m on", "plateau": "left arc
 
 @styled
 def grip_figure(table: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> Figure:
-    """Draw the window of ring radii over the mobilised friction, and the shares of tracks over the value of either law.
-
-    ``ranges`` are those assumed for the parameter of each law.
-    """
+    """Draw radii at which an arc lets go over the mobilised friction, and shares of tracks over either law's value."""
     figure = new_figure(4.2, PAGE)
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))
     _draw_window(left.subplots(), table)

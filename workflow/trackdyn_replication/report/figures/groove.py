@@ -42,10 +42,7 @@ LARGEST_PHASE = 0.05  # phase of the chain on the sprocket, rad
 
 
 def centre_trajectory(rig: Rig) -> np.ndarray:
-    """Return (10 POINTS, 2) positions of the centre of a connector's arc that rolls over the groove, left to right, m.
-
-    It is the profile with radii larger by the arc's where an area is convex, smaller where it is concave.
-    """
+    """Return (10 POINTS, 2) centres of an arc that rolls over the groove, m: its profile with other radii."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     return replace(groove, radius=groove.radius + np.where(groove.convex, rc, -rc)).profile(POINTS)
 

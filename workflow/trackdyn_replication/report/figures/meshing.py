@@ -134,10 +134,7 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
 
 @styled
 def passage_figure(recording: Recording) -> Figure:
-    """Draw forces (a), areas (b) and events (c) of a connector over a passage: Figure 19, with a ring Figure 21.
-
-    Single marks in (a) are the largest force of all time steps; one far above the curves is an arrow with its value.
-    """
+    """Draw forces (a), areas (b) and events (c) of a connector over a passage: Figure 19, with a ring Figure 21."""
     shown, scene, turn = select_passage(recording), recording.scene, recording.periods.turn
     low, high = -AROUND * turn, shown.last - shown.first + AROUND * turn
     inside = (shown.time >= low) & (shown.time <= high)
@@ -263,10 +260,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
 
 @styled
 def screenshot_figure(recording: Recording) -> Figure:
-    """Draw six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
-
-    Every panel follows the connector; the small picture shows where on the sprocket it is.
-    """
+    """Draw six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22."""
     selected = select_passage(recording)
     panels = moments(recording, selected)
     figure = new_figure(6.6, PAGE)
@@ -332,10 +326,7 @@ def _draw_panel(ax: Axes, recording: Recording, selected: Selected, moment: Mome
 
 
 def contacts_at(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
-    """Yield side, force (N), point (m) and normal of contacts of a connector with the teeth, of a link with the ring.
-
-    ``chain`` is of :func:`chain_points`, bodies count from 0; the ring's force is the third.
-    """
+    """Yield side, force (N), point (m) and normal of contacts of a connector with teeth, of a link with the ring."""
     pins, angles, sprocket_angle = chain
     for i, side in enumerate(("left", "right")):
         if area[i]:

@@ -57,10 +57,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
 
 @styled
 def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
-    """Draw the vertical displacement of the selected link in both codes, and their difference.
-
-    Tables are those of `trackdyn_replication.peers.comparison.compare_codes`.
-    """
+    """Draw the vertical displacement of the selected link in both codes, and their difference."""
     count = len(summary)
     figure = new_figure(2.6 * count + 0.7)
     axes = figure.subplots(2 * count, 1, height_ratios=(1.5, 1.0) * count, squeeze=False)[:, 0]

@@ -94,10 +94,7 @@ def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
 
 
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
-    """Return body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
-
-    A wheel that no link touches before the loop has settled has the nearest one.
-    """
+    """Return body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel."""
     pins, _, _ = drawing.chain_points(rig, frame)
     touching = []
     for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
@@ -105,7 +102,7 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
         for body in range(0, len(pins) - 1, 2):
             _, qx, qy, distance = closest_point(*map(float, (*pins[body], *pins[body + 1], x, y)))
             near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
-        gap = max(TOUCH, min(gap for gap, *_ in near))
+        gap = max(TOUCH, min(gap for gap, *_ in near))  # before the loop has settled a wheel may have no link
         touching += [(body, wheel, q) for distance, body, q in near if distance <= gap]
     return touching
 

@@ -85,10 +85,7 @@ def same_answer(rows: pd.DataFrame) -> str:
 
 @styled
 def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
-    """Draw the error of the RMS over the CPU time of the answer in a scene with a ring, every point with its name.
-
-    Below are the planner's ``promises`` (`accuracy.promises`) of `PLANNED` with their trials.
-    """
+    """Draw the error of the RMS over the CPU time of answers with a ring, and below the planner's ``promises``."""
     data, pictured = answers(rows), scene_name(*PICTURED)
     pictured_rows = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
     points = []

@@ -80,11 +80,7 @@ def known_errors(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def step_errors(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the largest known errors by groups of columns, with rings and without, rounded up to two digits.
-
-    Its groups are those of the table that the program reads (`uncertainty.STEP_ERRORS`), and each column that none
-    of them has.
-    """
+    """Return the largest known errors by groups of columns (`STEP_ERRORS`) and other columns, rounded up."""
     known, table = known_errors(rows), []
     others = (name for name in known["measure"].unique() if not any(fullmatch(group, name) for group in STEP_ERRORS))
     for pattern in (*STEP_ERRORS, *others):

@@ -36,10 +36,7 @@ def statistics_of(recording: Recording) -> dict[str, float]:
 
 
 def answers_of(recording: Recording) -> dict[str, Series]:
-    """Return measures over all links of a recording made with ``every_link``, per passage, as series for errors.
-
-    Closure error and energy residual belong to the whole record and have none.
-    """
+    """Return measures over all links of a recording made with ``every_link``, per passage, as series for errors."""
     exact = statistics_of(recording)
     return series(recording) | {name: Series(np.array([exact[name]]), np.array([0])) for name in ABSOLUTE}
 

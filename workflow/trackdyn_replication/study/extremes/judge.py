@@ -35,13 +35,10 @@ def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
 
 
 def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) -> dict:
-    """Return the row of ``attempt(*arguments)``, a dictionary of columns with ``reason`` if a bound is missed.
-
-    Numerical warnings count as defects, too.
-    """
+    """Return the row of ``attempt(*arguments)``: its columns, with ``reason`` if a bound is missed, or its error."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", RuntimeWarning)
+            warnings.simplefilter("error", RuntimeWarning)  # numerical warnings are defects, too
             values = attempt(*arguments)
     except (InputError, DivergenceError) as error:
         if "\n" in str(error):

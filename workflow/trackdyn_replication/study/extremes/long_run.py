@@ -24,14 +24,11 @@ MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10  # in units of ``ru_maxr
 
 
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
-    """Return a row per chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (g) and memory.
-
-    A chunk has a whole number of turns of the loop, so that statistics can be compared.
-    """
+    """Return a row per chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (g) and memory."""
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
     loop, rate = Loop(scene), rig.rate
     loop.lead_in()
-    chunk = round(turns / scene.periods.loop_hz * rate) / rate
+    chunk = round(turns / scene.periods.loop_hz * rate) / rate  # whole turns, so that statistics can be compared
     piece = scene.with_(duration=chunk)
     rows = []
     for _ in range(round(seconds / chunk)):

@@ -175,15 +175,12 @@ def _growth(rig: Rig, kind: str) -> dict:
 
 
 def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
-    """Yield rows of the sweep with links up to a million times as heavy as connectors.
-
-    The condition of the equations grows with the ratio of the masses, and so does the bound of the residual.
-    """
+    """Yield rows of the sweep with links up to a million times as heavy as connectors."""
 
     def light(ratio: float) -> dict:
         mass, inertia = rig.chain.link_mass / ratio, rig.chain.link_inertia / ratio
         chain = make_chain(rig.changed(chain__connector_mass=mass, chain__connector_inertia=inertia), KINDS[0], 70)
-        bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))
+        bound = max(LEAST_ERROR, 10 * EPS * ratio * len(chain.length))  # as the condition of the equations grows
         return below(solver_error("riccati", chain), bound, "residual", group="riccati", at=ratio)
 
     for ratio in ratios:

@@ -92,13 +92,12 @@ def map_rows(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
 
 
 def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity."""
+    """Return predicted limit and largest stable step tried, s, of each value of a quantity."""
     parts = []
     for name in QUANTITIES:
         table = map_rows(rows, name)
         stable = table["value"] <= table["bound"]
         steps = {"limit": table.groupby("group")["expected"].first()}
         steps["stable"] = table[stable].groupby("group")["at"].max()
-        steps["unstable"] = table[~stable].groupby("group")["at"].min()
         parts.append(pd.DataFrame(steps).rename_axis("value").reset_index().assign(quantity=name))
     return pd.concat(parts, ignore_index=True)
