@@ -74,10 +74,7 @@ rule all:
 
 rule batch:
     """Rows of one batch, stored as they come: a batch that is killed goes on where it was."""
-    input:
-        RIGS,
-        design=SWEEP.design,
-        rig=RIG,
+    input: RIGS, design=SWEEP.design, rig=RIG
     output: f"{BASE}.batches/{{batch}}.csv"
     wildcard_constraints: batch=r"\d+"
     params:
@@ -97,16 +94,9 @@ rule batch:
 
 rule gather:
     """All rows in the order of the design; rows that failed for a passing reason are tried once more."""
-    input:
-        RIGS,
-        expand(rules.batch.output, batch=range(SWEEP.batches)),
-        design=SWEEP.design,
-        rig=RIG,
+    input: RIGS, expand(rules.batch.output, batch=range(SWEEP.batches)), design=SWEEP.design, rig=RIG
     output: SWEEP.out
-    params:
-        store=STORE,
-        sources=SOURCES,
-        contents=contents,
+    params: store=STORE, sources=SOURCES, contents=contents
     threads: SWEEP.threads
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"

@@ -10,12 +10,6 @@ rule claims:
         peers=[f"{R}/peers/summary.csv"] if CONFIG.peers else [],
         cells=CONFIG.files["article"],
         records=[recording(run) for run in SPEEDS + ROUNDED],
-    output:
-        csv=f"{R}/claims.csv",
-        sentences=f"{R}/sentences.csv",
-        numbers=f"{R}/printed_numbers.csv",
-    params:
-        rpm=CONFIG.meshing.speed_rpm,
-        rounded=CONFIG.rounded_speeds,
-        rig=Path(CONFIG.rig).stem,
+    output: csv=f"{R}/claims.csv", sentences=f"{R}/sentences.csv", numbers=f"{R}/printed_numbers.csv"
+    params: rpm=CONFIG.meshing.speed_rpm, rounded=CONFIG.rounded_speeds, rig=Path(CONFIG.rig).stem
     script: "../trackdyn_replication/paper/scorecard.py"

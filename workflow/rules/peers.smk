@@ -17,11 +17,6 @@ rule peer_runs:
 
 rule peer:
     """Vertical displacement and computing time of both codes."""
-    input:
-        rig=CONFIG.rig,
-        **rules.peer_runs.output,
-    output:
-        table=f"{R}/tables/table2.csv",
-        figure13=figure("fig13"),
-        figure14=figure("fig14"),
+    input: rig=CONFIG.rig, **rules.peer_runs.output
+    output: table=f"{R}/tables/table2.csv", figure13=figure("fig13"), figure14=figure("fig14")
     script: "../trackdyn_replication/report/figures/peer.py"

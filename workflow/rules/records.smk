@@ -26,9 +26,7 @@ rule metrics:
     input:
         parts=[f"{R}/measured/{kind}.csv" for kind in ("records", "ring")],
         recordings=[recording(run) for run in RUNS["meshing"]],
-    output:
-        csv=f"{R}/metrics.csv",
-        events=f"{R}/events.csv",
+    output: csv=f"{R}/metrics.csv", events=f"{R}/events.csv"
     params: runs=RUNS["meshing"]
     message: "Measuring {output.csv}"
     script: "../trackdyn_replication/pipeline/metrics.py"
@@ -37,41 +35,24 @@ rule metrics:
 rule parameters:
     """Every parameter with its kind: printed, derived, assumed or fitted."""
     input: rig=CONFIG.rig
-    output:
-        csv=f"{R}/tables/parameters.csv",
-        groove=f"{R}/tables/table1.csv",
+    output: csv=f"{R}/tables/parameters.csv", groove=f"{R}/tables/table1.csv"
     script: "../trackdyn_replication/report/tables.py"
 
 
 rule sensor_records:
     """The sensor's records at the simulation's rate, and the conversions made in reading them."""
-    input:
-        rig=CONFIG.rig,
-        sensors=CONFIG.sensor_files,
-        mapping=CONFIG.files["sensor_mapping"],
-    output:
-        records=RECORDS,
-        csv=f"{R}/tables/sensor_records.csv",
-    params:
-        speeds=CONFIG.records.speeds_rpm,
-        synthetic=CONFIG.synthetic,
+    input: rig=CONFIG.rig, sensors=CONFIG.sensor_files, mapping=CONFIG.files["sensor_mapping"]
+    output: records=RECORDS, csv=f"{R}/tables/sensor_records.csv"
+    params: speeds=CONFIG.records.speeds_rpm, synthetic=CONFIG.synthetic
     priority: 100 # a fault of a record is reported before anything is simulated
     script: "../trackdyn_replication/report/sensor_records.py"
 
 
 rule statistics:
     """Table 3 and the dominant peaks, compared with the sensor's; Table 4, the effect of the coarser tooth contact."""
-    input:
-        metrics=f"{R}/measured/records.csv",
-        sensors=RECORDS,
-    output:
-        csv=f"{R}/tables/table3.csv",
-        lines=f"{R}/tables/lines.csv",
-        coarse=f"{R}/tables/table4.csv",
-    params:
-        runs=SPEEDS,
-        speeds=CONFIG.records.speeds_rpm,
-        synthetic=CONFIG.synthetic,
+    input: metrics=f"{R}/measured/records.csv", sensors=RECORDS
+    output: csv=f"{R}/tables/table3.csv", lines=f"{R}/tables/lines.csv", coarse=f"{R}/tables/table4.csv"
+    params: runs=SPEEDS, speeds=CONFIG.records.speeds_rpm, synthetic=CONFIG.synthetic
     script: "../trackdyn_replication/report/tables.py"
 
 
@@ -85,18 +66,13 @@ rule closure:
 
 rule sensor_figures:
     """Figures 17 and 18: time histories and spectra of every speed, compared with the sensor's."""
-    input:
-        recordings=[recording(run) for run in SPEEDS],
-        rounded=[recording(run) for run in ROUNDED],
-        sensors=RECORDS,
+    input: recordings=[recording(run) for run in SPEEDS], rounded=[recording(run) for run in ROUNDED], sensors=RECORDS
     output:
         histories=[f"{R}/figures/fig17_{letter}.png" for letter in LETTERS],
         histories_svg=[f"{R}/figures/fig17_{letter}.svg" for letter in LETTERS],
         spectra=[f"{R}/figures/fig18_{letter}.png" for letter in LETTERS],
         spectra_svg=[f"{R}/figures/fig18_{letter}.svg" for letter in LETTERS],
-    params:
-        speeds=CONFIG.rounded_speeds,
-        synthetic=CONFIG.synthetic,
+    params: speeds=CONFIG.rounded_speeds, synthetic=CONFIG.synthetic
     script: "../trackdyn_replication/report/figures/records.py"
 
 

@@ -65,11 +65,7 @@ BY_RULE = {"duration", "lead_in", "frame_interval", "contact_log"}
 
 rule manifest:
     """Hashes of all results, and the numbers of the tables: the reference that another run is verified against."""
-    input:
-        rules.page.output,
-        rules.animation.output,
-        inputs=RUN_INPUTS,
-        rig=CONFIG.rig,
+    input: rules.page.output, rules.animation.output, inputs=RUN_INPUTS, rig=CONFIG.rig
     output: f"{R}/manifest.json"
     params:
         runs={
@@ -83,9 +79,7 @@ rule manifest:
 
 rule studies:
     """Every study, and the page with them; asked for by name."""
-    input:
-        list(OF_STUDIES.values()),
-        rules.manifest.output,
+    input: list(OF_STUDIES.values()), rules.manifest.output
 
 
 rule pictures:

@@ -18,9 +18,7 @@ rule warm_up:
 
 
 use rule warm_up as warm_up_method with:
-    input:
-        KERNELS,
-        rig=CONFIG.rig,
+    input: KERNELS, rig=CONFIG.rig
     output: method_kernels("{method}")
     params: scenes=lambda wildcards: [compiling(wildcards.method)]
     wildcard_constraints: method="linearly_implicit|rk4|spatial"
@@ -49,8 +47,6 @@ rule ring_runs:
     """Every ring of the study at one speed, and none: a process for each would spend a third of its time on its start."""
     input: rig=CONFIG.rig, kernels=KERNELS
     output: [recording(run) for run in OF_A_SPEED]
-    params:
-        scenes=scenes_of(OF_A_SPEED),
-        stop_rule=CONFIG.stop_rule.model_dump(),
+    params: scenes=scenes_of(OF_A_SPEED), stop_rule=CONFIG.stop_rule.model_dump()
     message: "The ring study: {wildcards.rpm} rpm"
     script: "../trackdyn_replication/pipeline/runs.py"

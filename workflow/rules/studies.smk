@@ -3,14 +3,9 @@
 
 rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
-    input:
-        rig=CONFIG.rig,
-        kernels=lambda wildcards: scene_kernels(SETTINGS[wildcards.setting].scene),
+    input: rig=CONFIG.rig, kernels=lambda wildcards: scene_kernels(SETTINGS[wildcards.setting].scene)
     output: f"{R}/fidelity/{{setting}}.csv"
-    params:
-        speeds=CONFIG.fidelity.speeds_rpm,
-        radii=CONFIG.ladder_radii,
-        stop_rule=CONFIG.stop_rule.model_dump(),
+    params: speeds=CONFIG.fidelity.speeds_rpm, radii=CONFIG.ladder_radii, stop_rule=CONFIG.stop_rule.model_dump()
     wildcard_constraints: setting=r"[\w.]+=[\w.-]+"
     priority: 40
     message: "The ladder of fidelities: {wildcards.setting}"
@@ -20,17 +15,13 @@ rule fidelity_setting:
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input: settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings]
-    output:
-        csv=f"{R}/fidelity.csv",
-        wide=f"{R}/tables/fidelity.csv",
+    output: csv=f"{R}/fidelity.csv", wide=f"{R}/tables/fidelity.csv"
     script: "../trackdyn_replication/report/fidelity.py"
 
 
 rule trade_scene:
     """Work-precision data of one scene."""
-    input:
-        rig=CONFIG.rig,
-        kernels=[*SEVERAL_METHODS, method_kernels("spatial")],
+    input: rig=CONFIG.rig, kernels=[*SEVERAL_METHODS, method_kernels("spatial")]
     output: f"{R}/trade/trade_{{scenes}}.csv"
     params: study=CONFIG.studies.trade.model_dump()
     priority: 40 # data, promises and the study wait for it
@@ -53,10 +44,7 @@ rule trade:
     input:
         parts=[f"{R}/trade/trade_{name}.csv" for name in measured_scenes(CONFIG.studies.trade)],
         promises=[f"{R}/trade/promises_{name}.csv" for name in promised_scenes(CONFIG.studies.trade)],
-    output:
-        csv=f"{R}/trade.csv",
-        planner=f"{R}/planner.csv",
-        figure=figure("trade"),
+    output: csv=f"{R}/trade.csv", planner=f"{R}/planner.csv", figure=figure("trade")
     script: "../trackdyn_replication/report/figures/trade.py"
 
 
