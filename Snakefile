@@ -67,8 +67,6 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/ring.smk"
-include: "workflow/rules/claims.smk"
-include: "workflow/rules/schematics.smk"
 
 
 if CONFIG.peers:

@@ -1,4 +1,26 @@
-# The page that shows everything, the moving picture, and the pictures of the README.
+# The scorecard, the drawings, the moving picture, the page that shows everything, and the pictures of the README.
+
+
+rule claims:
+    """Every statement of the paper: met, not met, not comparable."""
+    input:
+        claims="config/claims.yaml",
+        metrics=f"{R}/metrics.csv",
+        events=f"{R}/events.csv",
+        peers=[f"{R}/peers/summary.csv"] if CONFIG.peers else [],
+        cells=CONFIG.files["article"],
+        records=[recording(run) for run in SPEEDS + ROUNDED],
+    output: csv=f"{R}/claims.csv", sentences=f"{R}/sentences.csv", numbers=f"{R}/printed_numbers.csv"
+    params: rpm=CONFIG.meshing.speed_rpm, rounded=CONFIG.rounded_speeds, rig=Path(CONFIG.rig).stem
+    script: "../trackdyn_replication/paper/scorecard.py"
+
+
+rule schematics:
+    """Every schematic figure, drawn from the rig in seconds."""
+    input: rig=CONFIG.rig
+    output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
+    script: "../trackdyn_replication/report/figures/schematics.py"
+
 
 INTERVAL = 0.01  # s, of the configurations
 MOVING_RPM = CONFIG.ring_study.speeds_rpm[0]
