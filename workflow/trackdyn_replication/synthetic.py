@@ -85,11 +85,7 @@ SPEEDS = {  # by motor speed, rev/min (printed)
 
 
 def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Generate a synthetic record at one of the printed motor speeds (rev/min), which is its seed, too.
-
-    Arrays are time, s, and specific force, g: x along the link in the direction of travel, y along its outward normal,
-    z lateral.
-    """
+    """Generate a record at a motor speed, its seed: time (s), specific force (g) along the link, outward, lateral."""
     speed, count = SPEEDS[rpm], round(RECORD_S * RATE_HZ)
     t = np.arange(count) / RATE_HZ
     rng = np.random.Generator(np.random.PCG64(rpm))

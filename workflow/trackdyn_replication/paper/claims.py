@@ -33,29 +33,23 @@ COLUMNS, NUMBER_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "printe
 
 
 class Claim(Section):
-    """One row of ``config/claims.yaml``, whose head explains the fields.
-
-    ``printed`` by motor speed holds the numbers at the speeds that are judged. Of a quantity with ``any_reading`` one
-    reading that is met suffices, at every speed. ``numbers`` is the count of its printed or implied numbers
-    (`printed_numbers`) and ``group`` their kind (`GROUPS`); several have names of their own, in the form of
-    ``printed``. A ``rising`` quantity grows by more than the share ``growth`` from first to last, too.
-    """
+    """One row of ``config/claims.yaml``, whose head explains the fields."""
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
     part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
-    sentence: int | None = None
+    sentence: int | None = None  # of the paper; a claim without one is not counted
     place: str
     claim: str
-    printed: Any = None
+    printed: Any = None  # by motor speed: at the speeds that are judged
     ours: bool = False
     unit: str = "1"
     measure: str | None = None
     rule: Literal["equal", "at_most", "at_least", "rising", "same", "no_test", "not_comparable"]
     tolerance: float | None = None
     within: NotNegative = 0.0
-    growth: NotNegative = 0.0
-    any_reading: bool = False
-    numbers: Annotated[int, Field(ge=0)] = 0
+    growth: NotNegative = 0.0  # of a rising quantity, from the first value to the last
+    any_reading: bool = False  # whether one reading that is met suffices, at every speed
+    numbers: Annotated[int, Field(ge=0)] = 0  # printed or implied ones (`printed_numbers`)
     group: Literal["", *GROUPS] = ""  # type: ignore[valid-type]
     number_names: dict[float, str] | list[str] = Field(default_factory=list)
     fails_if: str = ""

@@ -100,10 +100,7 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
 
 
 def collect(results: Path | str, rpm: float, rounded: Collection[float] = ()) -> Evidence:
-    """Collect the evidence in a folder of results, with the meshing process at a motor speed (rev/min).
-
-    Lines at the speeds ``rounded`` are those of the runs with the rounded speed of the sprocket.
-    """
+    """Collect evidence from results; ``rpm`` is that of the meshing process, ``rounded`` speeds have their own runs."""
     results = Path(results)
     metrics, events, starts = pd.read_csv(results / "metrics.csv"), pd.read_csv(results / "events.csv"), []
     peer = pd.read_csv(path) if (path := results / "peers" / "summary.csv").is_file() else pd.DataFrame()

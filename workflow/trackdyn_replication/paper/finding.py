@@ -1,8 +1,4 @@
-"""Verdicts by the tangential force of the ring, from ``data/plausible/grip.csv``: shares of tracks, and windows.
-
-The table has tracks that mesh as the paper prints, each with several laws of the ring's friction and nothing else
-changed (``laboratory/plausible/grip.py``, whose columns `laboratory.plausible.grip.decided` describes).
-"""
+"""Verdicts by the tangential force of the ring on tracks that mesh as printed (``data/plausible/grip.csv``)."""
 
 from collections.abc import Iterable
 from itertools import pairwise

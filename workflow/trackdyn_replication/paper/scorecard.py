@@ -148,10 +148,7 @@ def outside_sentence(parameters: pd.DataFrame, rig: str, of_ring: pd.DataFrame |
 def statements_by_label(
     card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]
 ) -> dict[str, list[dict]]:
-    """Return the paper's statements by label of figure or table: sentences and the statements that decide them.
-
-    Statements without a sentence follow from another one or are not judged; they come last, under one of no number.
-    """
+    """Return the paper's statements by label of figure or table, in their sentences; those without one come last."""
     card = card[~_waits(card)]
     tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}
     sentences = judged.set_index("number")

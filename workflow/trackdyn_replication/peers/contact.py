@@ -195,15 +195,11 @@ def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, t
 
 @kernel
 def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, loads, torques, triplets):
-    """Write the nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
-
-    Return their count. A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies
-    are nudged at once: six evaluations, and one per wheel. ``loads`` (2, n, 3) and ``torques`` (2, n, w) are
-    overwritten.
-    """
+    """Write the nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value); return their count."""
     n, free = loads.shape[1], c.circle.shape[0] - 1
     count = 0
     peer_contact_loads(c, length, q, v, angle, spin, memory, False, loads[0], torques[0])
+    # loads of a body depend on it and on the wheels that it touches: all bodies are nudged at once, then each wheel
     for k in range(6 + free):
         nudge = POSITION_NUDGE if k < 3 else RATE_NUDGE
         factor = -by_q / nudge if k < 3 else -by_v / nudge

@@ -89,11 +89,7 @@ def run_exudyn_loop(
     wheels: np.ndarray,
     watch: Callable | None = None,
 ) -> PeerRun:
-    """Integrate the closed chain with Exudyn, from a state that is read only; wheels (`free_wheels`) begin at rest.
-
-    The ``sample`` is a multiple of the ``step``. ``watch`` is called after every step with time (s), coordinates, their
-    rates and the memory of the contacts.
-    """
+    """Integrate the closed chain with Exudyn from a state; the ``sample`` is a multiple of the ``step``."""
     exu = require_exudyn()
     chain, start = model.chain, coordinates(model.chain, state)
     container = exu.SystemContainer()

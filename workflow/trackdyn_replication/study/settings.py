@@ -1,7 +1,4 @@
-"""Names of the studies, and settings of the long ones: ``config/studies.yaml``.
-
-A study has the name of its rule, and ``<name>.csv`` is a file of the results that only a run of it makes.
-"""
+"""Settings of the long studies (``config/studies.yaml``), and names: a study's is that of its rule and of its CSV."""
 
 from math import ceil
 from typing import Annotated, Literal

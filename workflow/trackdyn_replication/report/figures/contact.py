@@ -102,10 +102,7 @@ def link_figure(rig: Rig) -> Figure:
 
 
 def _draw_link_case(ax: Axes, rig: Rig, fraction: float) -> float:
-    """Draw a link that penetrates the ring, the perpendicular meeting AB at ``fraction``; return the kernel's fraction.
-
-    The ring's centre is the origin, and the link's point nearest to it is straight above it.
-    """
+    """Draw a link in the ring, centred at the origin, the perpendicular at ``fraction`` of AB; return the kernel's."""
     ring, half, length = rig.sprocket.ring_radius, rig.chain.link_thickness / 2, rig.chain.link_length
     height, end_share = ring + (1 - SHOWN_LINK_DEPTH) * half, min(max(fraction, 0.0), 1.0)
     # beyond an end the link leans, so that the perpendicular meets its line outside of it
@@ -150,10 +147,7 @@ def _draw_link_case(ax: Axes, rig: Rig, fraction: float) -> float:
 
 
 def search_order(rig: Rig, left: bool) -> list[int]:
-    """Return areas in the order in which the contact search visits them, measured on it.
-
-    Every sector is made to hold the same point; each that the search returns is emptied, and so on.
-    """
+    """Return areas in the order of the contact search, which finds each in turn at a point that every sector holds."""
     groove = rig.groove_profile
     tooth = make_tooth(groove, rig.chain.connector_radius, 0)
     x, y = -1e-3 if left else 1e-3, float(groove.addendum)

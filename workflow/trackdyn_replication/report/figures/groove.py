@@ -1,8 +1,4 @@
-"""Figures 5 to 8: sections of connector and groove, a connector entering its groove, detection of an annular sector.
-
-Drawn in the frame of a groove: y_k outward through its lowest point, the sprocket's centre is the origin. The way of a
-connector is kinematic: the chain as it lies around the wheels, moved along its path. No recording is needed.
-"""
+"""Figures 5 to 8, in the frame of a groove: y_k outward through its lowest point, the sprocket's centre the origin."""
 
 from dataclasses import replace
 from math import atan2, degrees, dist, pi

@@ -118,10 +118,7 @@ def printed_times(recording: Recording) -> dict[str, float]:
 
 
 def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
-    """Return ``printed, here, step``: times of the paper's events since the first contact (s), medians over passages.
-
-    A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``.
-    """
+    """Return times of events, s: ``printed``, ``here`` (a maximum: of a mean), and of the largest single ``step``."""
     times = mean_events(recording).set_index("event")["median_s"]
     names = MEASURED if recording.scene.ring_radius is None else MEASURED | {LEFT_ARC: "left touches"}
     rows = {}
@@ -225,11 +222,7 @@ class Moment(NamedTuple):
 
 
 def moments(recording: Recording, selected: Selected) -> list[Moment]:
-    """Return the events of a passage that occur, in the order of the paper.
-
-    A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
-    events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
-    """
+    """Return the events of a passage that occur, in the order of the paper."""
     ring = recording.scene.ring_radius is not None
     printed = printed_times(recording)
     # a configuration is of the end of its interval, as a sample is
@@ -251,6 +244,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
             peak = f"largest {row['peak_n']:.0f} N at {row['highest_s'] - selected.first:.3f} s"
         else:
             time, peak = special[title] if event is None else measured[event], ""
+            # the first at or after it: a contact that begins is there, one that ends is gone
             frame = min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
         if np.isfinite(time):
             sample = round(recording.frame_time[frame] * recording.rate) - 1

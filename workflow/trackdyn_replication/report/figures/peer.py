@@ -24,11 +24,7 @@ PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
 
 @styled
 def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
-    """Draw the loop of the independent code (a) and its tooth profile (b).
-
-    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours if ``missing`` says why it did not
-    run, with the shift of the tensioning wheel (m).
-    """
+    """Draw the loop of the independent code (a), or ours if that is ``missing``, and its tooth profile (b)."""
     figure = new_figure(5.6)
     complete, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
     body = 2 * (rig.first_sensor.pitch - 1)

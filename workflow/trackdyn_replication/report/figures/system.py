@@ -359,11 +359,7 @@ def topology_figure(rig: Rig) -> Figure:
 
 
 def _draw_loop(ax: Axes, kinds: list[str]) -> None:
-    """Draw bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out.
-
-    Bodies are odd as in the paper, each before its output joint. They lie on a stadium, clockwise from the middle of
-    its lower side.
-    """
+    """Draw bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out."""
     straight, r, count = 3.4, 1.5, 2 * len(kinds)
     path = belt_path([[-straight / 2, 0.0, r], [straight / 2, 0.0, r]])  # which begins where it meets the left circle
     places = path.along(np.arange(count) * path.length / count - straight / 2)[0]

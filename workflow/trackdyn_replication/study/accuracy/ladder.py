@@ -64,10 +64,7 @@ def _belt(scene: Scene) -> tuple[dict[str, float], float]:
 
 
 def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
-    """Compare every setting (`measure_setting`) with the reference, by scene and then in the order of the settings.
-
-    ``difference_pct`` of shares is in points of a sprocket turn; closure error and energy residual have none.
-    """
+    """Compare every setting (`measure_setting`) with the reference, shares in points of a turn, by scene."""
     reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(["scene", "measure"])["value"]
     rungs = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
     before = rungs.set_index(["scene", "measure"]).index.map(reference).to_numpy()

@@ -28,11 +28,7 @@ PROMISES = [
 def judge_promises(
     rig: Rig, rpm: float, ring: float | None, turns: int, steps: Sequence[float], tolerances: Sequence[float]
 ) -> pd.DataFrame:
-    """Return the planner's promises for every measure of a scene, and the results.
-
-    Limits are extrapolated from records of ``turns`` revolutions with ``steps``. A tolerance that cannot be promised
-    has an empty error, an empty ``met``, and its ``reason``.
-    """
+    """Return the planner's promises for every measure of a scene, and the results, empty for one that it refuses."""
     base, rows = study_scene(rig, rpm, ring, turns, every_link=True), []
     limits = limits_of({step: run_answer(base.with_(step=step)).series for step in steps})
     for measure in (m for m in TOLERATED if m in limits and limits[m].value):

@@ -84,11 +84,7 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
 
 
 def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
-    """Return the residual of the equations of motion over their largest term, in extended precision and O(n).
-
-    Joint forces follow from Newton's law along the chain but for the force through the cut, which is taken where
-    Euler's equations fit best. The residual is of these, the force behind the last body and the closure of the pins.
-    """
+    """Return the residual of the equations of motion over their largest term, in extended precision and O(n)."""
     long = np.longdouble
     angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
     cos, sin = np.cos(angle), np.sin(angle)
@@ -104,6 +100,7 @@ def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
 
     pins = np.asarray(base, long)[:, None] + np.cumsum(np.column_stack([np.zeros(2, long), swing(side)]), axis=1)
     inertial = chain.mass * (pins[:, :-1] + swing(arm))
+    # joint forces but for that through the cut, which is taken where Euler's equations fit best
     through = np.cumsum(np.column_stack([np.zeros(2, long), force - inertial]), axis=1)
     spin = chain.inertia * alpha - moment + torque - np.roll(torque, 1)
     spin += cross(arm, through[:, :-1]) + cross(side - arm, through[:, 1:])

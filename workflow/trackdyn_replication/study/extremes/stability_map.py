@@ -45,12 +45,9 @@ def forced_run(start: Loop, step: float) -> float:
 
 
 def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
-    """Yield runs over a quantity (`QUANTITIES`) and step, without friction and loss: contact stiffness limits the step.
-
-    With their loss, which is damped at the instant of the force, teeth stay stable at a few times the limit. The limit
-    is that at the tension with which the loop has settled.
-    """
+    """Yield runs over a quantity and step, without friction and loss: contact stiffness limits the step."""
     steps, starts = [1e-3 / count for count in steps_per_ms], SettledLoops()
+    # with their loss, damped at the instant of the force, teeth stay stable at a few times the limit
     bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
     for value in values:
         of_rig = {"stiffness": dict.fromkeys(STEEL_AND_TOOTH, value), "tension": {"tension__pre_tension": value}}

@@ -2,11 +2,10 @@
 
 Every element, body or joint, maps ``z = [r'' (3), Omega' (3), m (3), q (3), 1]`` (Eq. 1) of its input to that of its
 output, ``z_O = U z_I``: acceleration of the junction, angular acceleration of the body, moment and force through the
-junction, in the inertial frame. (m, q) act at an input and (-m, -q) at an output, so that one element's output is the
-next one's input. Body 1 is element 1, the joint behind it element 2; element 2 n is the joint that is cut (70 in the
-paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary conditions and closure
-give the state at the input of body 1, and multiplication every other state. Its errors grow by about `growth` a body:
-it serves short chains and shows why longer ones need `trackdyn.chain.riccati`.
+junction. (m, q) act at an input and (-m, -q) at an output. Body 1 is element 1, the joint behind it element 2; element
+2 n is the joint that is cut. The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary
+conditions and closure give the state at the input of body 1. Its errors grow by about `growth` a body: it shows why
+longer chains need `trackdyn.chain.riccati`.
 """
 
 import numpy as np
@@ -23,10 +22,9 @@ def skew(v: np.ndarray) -> np.ndarray:
 
 
 def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
-    """Return the (13, 13) transfer matrix of a rigid body with one input and one output.
+    """Return the (13, 13) matrix of a rigid body; ``r_ic``, ``r_io`` lead from its input to mass centre and output.
 
-    ``inertia`` (3, 3) and ``moment`` are about the mass centre; ``r_ic`` and ``r_io`` lead from the input to it and to
-    the output; ``force`` and ``moment`` are resultants of the external loads with gravity.
+    ``force`` and ``moment``, about the mass centre, are resultants of the external loads with gravity.
     """
     spin, centre_to_output = skew(omega), skew(r_io - r_ic)
     centripetal = spin @ (spin @ r_ic)
