@@ -228,15 +228,11 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     otherwise = "" if verdict in (MET, NOT_COMPARABLE) else claim.otherwise
     return {
         **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
-        "rig": rig,
-        "printed": printed_text(claim, speeds),
-        "measured": measured,
-        "tolerance": _text(claim.tolerance),
-        "verdict": verdict,
-        "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
+        "rig": rig, "printed": printed_text(claim, speeds), "measured": measured, "verdict": verdict,
+        "tolerance": _text(claim.tolerance), "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
         "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
         "reason": " ".join(filter(None, (claim.reason, otherwise))),
-    }
+    }  # fmt: skip
 
 
 def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:

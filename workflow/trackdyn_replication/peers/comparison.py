@@ -44,14 +44,9 @@ def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[
 
 
 def compare_codes(
-    rig: Rig,
-    speed_rpm: float,
-    readings: Sequence[str],
-    duration_s: float,
-    steps_s: Sequence[float],
-    exudyn_steps_s: Sequence[float],
-    accuracy_pct: float,
-) -> tuple[dict[str, pd.DataFrame], dict]:
+    rig: Rig, speed_rpm: float, readings: Sequence[str], duration_s: float, steps_s: Sequence[float],
+    exudyn_steps_s: Sequence[float], accuracy_pct: float,
+) -> tuple[dict[str, pd.DataFrame], dict]:  # fmt: skip
     """Run both codes; without Exudyn, or if it has no such loop, only ours.
 
     ``readings`` are interpretations of the printed speed. Table 2 is made with the first one, recorded for

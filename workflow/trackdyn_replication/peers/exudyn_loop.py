@@ -80,15 +80,9 @@ def coordinates(chain: Chain, state: State) -> tuple[np.ndarray, np.ndarray]:
 
 
 def run_exudyn_loop(
-    model: Model,
-    state: State,
-    duration: float,
-    step: float,
-    sample: float,
-    contacts: Contacts,
-    wheels: np.ndarray,
+    model: Model, state: State, duration: float, step: float, sample: float, contacts: Contacts, wheels: np.ndarray,
     watch: Callable | None = None,
-) -> PeerRun:
+) -> PeerRun:  # fmt: skip
     """Integrate the closed chain with Exudyn from a state; the ``sample`` is a multiple of the ``step``."""
     exu = require_exudyn()
     chain, start = model.chain, coordinates(model.chain, state)

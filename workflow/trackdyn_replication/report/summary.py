@@ -26,13 +26,8 @@ def summary(
     return blocks(
         Path(__file__).with_name("summary.md.j2"),
         finding=" ".join(finding_sentences(ran(study), brief=True)),
-        rig=judged["rig"].iloc[0],
-        verdict=verdict_line(judged, numbers),
-        others=other_numbers(numbers),
-        missed=missed_numbers(numbers),
-        fitted=int((parameters["kind"] == "fitted").sum()),
-        mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
-        near=neighbours_free(near),
+        rig=judged["rig"].iloc[0], fitted=int((parameters["kind"] == "fitted").sum()), near=neighbours_free(near),
+        verdict=verdict_line(judged, numbers), others=other_numbers(numbers), missed=missed_numbers(numbers),
+        mobilised=mobilised(learned["mobilised"], creep_slope(parameters)), links=links,
         slips=creep_slope(parameters) < RUBBER[0],
-        links=links,
-    )
+    )  # fmt: skip

@@ -43,13 +43,6 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     return figure
 
 
-def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
-    """Return the dominant peak of a run: label with the sprocket's speed, frequency (Hz), amplitude (g), marker."""
-    sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
-    line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
-    return f"at {sprocket_rpm:.4g} rev/min", *line, "^"
-
-
 @run_job
 def main(job) -> None:
     """Rules `closure` and `sensor_figures`."""
@@ -65,5 +58,9 @@ def main(job) -> None:
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
-        others = peaks(rpm) + [rounded_peak(load_recording(path)) for speed, path in rounded.items() if speed == rpm]
+        others = peaks(rpm)
+        if rpm in rounded:
+            run = load_recording(rounded[rpm])
+            line = main_line(sense(run).ay, run.rate, run.periods.loop_hz)
+            others.append((f"at {abs(run.scene.sprocket_rate) * 30 / pi:.4g} rev/min", *line, "^"))
         save(spectrum_figure(recording, record, title, label, others), spectrum)

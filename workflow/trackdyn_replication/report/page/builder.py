@@ -45,14 +45,9 @@ TABLES = (
 
 
 def build_page(
-    results: Path,
-    synthetic: bool | None = True,
-    layers: Sequence[str] = (),
-    studies: Sequence[str] = (),
-    short: str = "",
-    tracks: Mapping[str, str] | None = None,
-    teeth: int | None = None,
-) -> str:
+    results: Path, synthetic: bool | None = True, layers: Sequence[str] = (), studies: Sequence[str] = (),
+    short: str = "", tracks: Mapping[str, str] | None = None, teeth: int | None = None,
+) -> str:  # fmt: skip
     """Return the page as HTML, from the folder that the workflow wrote.
 
     ``synthetic`` says whether the sensor's records are (None: there are none), ``layers`` are configurations on top of
@@ -75,27 +70,17 @@ def build_page(
         SCRIPTS,
         {"files": files},
         Path(__file__).parent,
-        card=_card(results, tracks),
-        short=short,
-        symbols=scorecard.MARKS,
-        synthetic=synthetic,
+        card=_card(results, tracks), short=short, symbols=scorecard.MARKS, synthetic=synthetic, kinds=KINDS,
         parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
-        kinds=KINDS,
         planner=_html([promises_sentence(pd.read_csv(promises))]) if promises.is_file() else "",
-        recordings=len(recordings),
-        version=__version__,
-        sources=source_hash(),
-        parts=_sections(parts | further, shown),
-        sections=_sections(sections, shown),
-        below=below,
+        recordings=len(recordings), version=__version__, sources=source_hash(), below=below,
+        parts=_sections(parts | further, shown), sections=_sections(sections, shown),
         first=next((shown[key] for key in PAGE["first"] if key in shown), None),
         sensor=shown["table3"]["rows"] if "table3" in shown and synthetic is False else None,
-        of_ring=_ring_study(results, teeth),
-        missing=missing_items(results),
+        of_ring=_ring_study(results, teeth), missing=missing_items(results), paper_items=len(PAPER),
         earlier=[name for name in STUDIES if name not in studies and (results / f"{name}.csv").is_file()],
         layers=" ".join(["", "--configfile", *layers]) if layers else "",
-        paper_items=len(PAPER),
-    )
+    )  # fmt: skip
 
 
 def _sections(sections: Mapping[str, Mapping], shown: Mapping[str, dict]) -> list[dict]:
