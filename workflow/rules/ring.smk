@@ -19,7 +19,7 @@ rule grip_figure:
     """Effect of the ring's tangential force: window of radii, and shares of tracks by two laws of friction."""
     input: table=GRIP, rig="trackdyn/rigs/paper.yaml"
     output: figure("grip")
-    script: "../trackdyn_replication/report/figures/grip.py"
+    script: "../trackdyn_replication/report/figures/ring_study.py"
 
 
 rule ring:
