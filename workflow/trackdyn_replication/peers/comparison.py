@@ -17,8 +17,8 @@ from trackdyn.simulation.loop_arrays import allocate
 from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.peers.contact import make_contacts
 from trackdyn_replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
-from trackdyn_replication.study.accuracy.record_statistics import timed_run
 from trackdyn_replication.study.settings import peer_scene
+from trackdyn_replication.study.timed_run import timed_run
 
 OURS, PEER = "trackdyn", "exudyn"  # names of the codes, as tables have them
 

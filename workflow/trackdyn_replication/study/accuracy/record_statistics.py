@@ -1,7 +1,4 @@
-"""Scenes of whole revolutions for the studies of accuracy, statistics of a record, their errors, and their cost."""
-
-from time import perf_counter, process_time
-from typing import NamedTuple
+"""Scenes of whole revolutions for the studies of accuracy, statistics of a record, and their errors."""
 
 import numpy as np
 
@@ -12,7 +9,6 @@ from trackdyn.measure.uncertainty import Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.energy_balance import energy_residual
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
@@ -39,24 +35,3 @@ def answers_of(recording: Recording) -> dict[str, Series]:
     """Return measures over all links of a recording made with ``every_link``, per passage, as series for errors."""
     exact = statistics_of(recording)
     return series(recording) | {name: Series(np.array([exact[name]]), np.array([0])) for name in ABSOLUTE}
-
-
-class TimedRun(NamedTuple):
-    """Recording, CPU seconds to settle its loop, and wall and CPU seconds per simulated second."""
-
-    recording: Recording
-    start_cpu_s: float
-    wall_s_per_s: float
-    cpu_s_per_s: float
-
-
-def timed_run(scene: Scene) -> TimedRun:
-    """Settle, start and record a scene; compile kernels beforehand, or their compilation counts."""
-    begin = process_time()
-    loop = Loop(scene)
-    wall, cpu = perf_counter(), process_time()
-    loop.lead_in()
-    options = {name: getattr(scene, name) for name in ("frame_interval", "contact_log", "every_link")}
-    recording = loop.record(scene.duration, **options)
-    seconds = scene.ramp + scene.lead_in + scene.duration
-    return TimedRun(recording, cpu - begin, (perf_counter() - wall) / seconds, (process_time() - cpu) / seconds)

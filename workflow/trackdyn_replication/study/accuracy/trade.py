@@ -23,8 +23,9 @@ from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.study.accuracy import record_statistics
-from trackdyn_replication.study.accuracy.record_statistics import answers_of, statistics_of, study_scene, timed_run
+from trackdyn_replication.study.accuracy.record_statistics import answers_of, statistics_of, study_scene
 from trackdyn_replication.study.settings import StatisticErrors, TradeStudy, measured_scenes, scene_name
+from trackdyn_replication.study.timed_run import timed_run
 from trackdyn_replication.study.variants import PHYSICS
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
