@@ -4,6 +4,7 @@ Numbers of results are filled from their tables (`trackdyn_replication.report.fi
 """
 
 import re
+from collections import Counter
 
 import pandas as pd
 import pytest
@@ -40,14 +41,9 @@ SLURM = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text(e
 SHEAR = parameter_table("paper").set_index("name").loc["ring_contact.shear_stiffness"]
 
 
-def of_page(page, *sentences):
-    """Pairs of a page and a part of a sentence that it must have."""
-    return [(page, " ".join(sentence.split())) for sentence in sentences]
-
-
-REPEATED = [
-    *of_page(
-        "choose-a-ring.md",
+# parts of sentences that a page must have
+REPEATED = {
+    "choose-a-ring.md": [
         f"at every speed and load at most {'half' if RingRule().tooth_force == 0.5 else RingRule().tooth_force} of",
         f"rings up to 1/{1 / SPAN:.0f} above the chosen one (a millimetre)",
         f"kept by less than {WORDS[DECIDED]} of its errors",
@@ -58,53 +54,41 @@ REPEATED = [
         f"to {1e3 * NARROW:g} mm and in at most {WORDS[ROUNDS]} steps",
         f"soft, {SHEAR['low'] / 1e3:g} kN/m a link, and hard, {SHEAR['high'] / 1e3:g} kN/m",
         f"The paper chooses {RADIUS_CHOSEN:g} m",
-    ),
-    *of_page(
-        "compare-your-sensor.md",
+    ],
+    "compare-your-sensor.md": [
         f"more than {SPEED_TOLERANCE * 100:g} % faster or slower",
         f"`gravity` of the rig, {RIG.gravity:g} m/s2",
         f"--rate 1000` ({RATES[0]:.0f} to {RATES[1]:,.0f} Hz)",
         f"interpolates at most {BRIDGED} in a row and {100 * BRIDGED_SHARE:g} % of the rows",
         f"more than {HIGHEST_RATE_HZ:,.0f} Hz is filtered",
         f"the content from {HIGH_HZ:g} Hz on",
-    ),
-    *of_page(
-        "answer.md",
+    ],
+    "answer.md": [
         f"draw {TRACKS.default_draw} of the sample",
         f"within {TRACKS.engaged.time_s:g} s of {TIMES[False]['right gone']:g} and {TIMES[False]['out']:g} s",
         f"within {TRACKS.engaged.share_pct:g} points of {SHARES[True]['ring']:g} % of a turn",
-    ),
-    *of_page(
-        "glossary.md",
+    ],
+    "glossary.md": [
         f"RMS of the acceleration from {HIGH_HZ:g} Hz on",
         f"{RUBBER[0]:g} to {RUBBER[1]:g} is assumed for rubber",
-    ),
-    *of_page(
-        "model.md",
+    ],
+    "model.md": [
         f"a loop of $n = {2 * RIG.chain.pitches}$ rigid bodies",
         f"the gear ratio of {RIG.sprocket.transmission_ratio:g}",
         f"The sprocket has {RIG.sprocket.teeth} grooves",
         f"{RIG.sprocket.teeth} pitches fill a turn of the sprocket. The paper prints {RADIUS_CHOSEN:g} m",
         f"The product of {2 * RIG.chain.pitches - 1} such matrices",
-    ),
-    *of_page(
-        "your-own-rig.md",
+    ],
+    "your-own-rig.md": [
         f"the loop of {load_rig('bench').chain.pitches} pitches",
         f"the default: {RIG.chain.pitches} pitches",
         f"{load_rig('m113').chain.pitches} double-pin shoes",
         f"a pitch of {1e3 * load_rig('robot').pitch:.0f} mm",
         f'worn by 1 %: `chain: {{source: "worn by 1 %", pitch: {1.01 * load_rig("bench").pitch:.4f} m}}`',
-    ),
-    *of_page(
-        "running.md",
-        f"a share of {RELATIVE:.0e}, or {NOTHING:.0e} of the largest".replace("e-0", "e-"),
-    ),
-    *of_page(
-        "show.md",
-        f"`--seconds`: up to {LONGEST_STRETCH:g} s",
-    ),
-    *of_page(
-        "speed-and-accuracy.md",
+    ],
+    "running.md": [f"a share of {RELATIVE:.0e}, or {NOTHING:.0e} of the largest".replace("e-0", "e-")],
+    "show.md": [f"`--seconds`: up to {LONGEST_STRETCH:g} s"],
+    "speed-and-accuracy.md": [
         f"linearly implicit at {1e3 * preset('fast')['step']:g} ms",
         f"semi-implicit Euler at {1e3 * preset('standard')['step']:g} ms, without a ring at "
         f"{1e3 * preset('standard', ring=False)['step']:g} ms",
@@ -121,23 +105,21 @@ REPEATED = [
         f"half widths of {StopRule().share_pct:g} points of a turn for contact durations and "
         f"{100 * StopRule().force:g} % for forces",
         f"change by at most {100 * step_check.RECOMMENDED:g} %",
-    ),
-    *of_page(
-        "cluster.md",
+    ],
+    "cluster.md": [
         f"requests {int(SLURM['default-resources']['mem_mb'].split()[0]) / 1000:g} GB and "
         f"{WORDS[int(SLURM['default-resources']['runtime'].split()[0]) / 60]} hours per job",
-    ),
-    *of_page(
-        "deviations.md",
+    ],
+    "deviations.md": [
         f"{', '.join(map(str, CONFIG['fidelity']['speeds_rpm'])).replace(', ', ' and ')} rpm, without a ring and with "
         f"that of {CONFIG['ring_study']['radii_m'][5]:g} m",
         f"Sprocket at 115/{RIG.sprocket.transmission_ratio:g} = {115 / RIG.sprocket.transmission_ratio:.3f} rev/min",
         f"at {CONFIG['records']['rounded_sprocket_rpm'][115]} rev/min",
-    ),
-]
+    ],
+}
 
 
-@pytest.mark.parametrize(("page", "words"), REPEATED)
+@pytest.mark.parametrize(("page", "words"), [(page, words) for page, parts in REPEATED.items() for words in parts])
 def test_a_typed_number_is_that_of_its_source(page, words):
     assert words in TEXTS[page]
 
@@ -150,12 +132,8 @@ def test_the_ring_that_the_readme_prints_is_that_of_the_table():
 
 
 def test_the_radius_of_the_paper_is_that_of_the_default_rig_and_the_configuration():
-    radii = {
-        RADIUS_CHOSEN,
-        RIG.sprocket.ring_radius,
-        *(CONFIG[part]["ring_radius_m"] for part in ("records", "meshing")),
-    }
-    assert radii == {0.308}
+    configured = [CONFIG[section]["ring_radius_m"] for section in ("records", "meshing")]
+    assert {RADIUS_CHOSEN, RIG.sprocket.ring_radius, *configured} == {0.308}
     assert sum(text.count("0.308 m") for text in TEXTS.values()) > 5
 
 
@@ -187,15 +165,10 @@ def test_rigs_that_a_page_lists_are_those_of_the_program():
 
 def test_measures_and_words_of_the_pages_have_one_meaning():
     """Each term is explained in the glossary or in Contributing, not in both."""
-    terms = {
-        page: [term.strip() for line in re.findall(r"^- \*\*(.+?)\*\*", text, re.M) for term in line.split(",")]
-        for page, text in (
-            (page, (ROOT / page).read_text(encoding="utf-8")) for page in ("docs/glossary.md", "CONTRIBUTING.md")
-        )
-    }
-    assert min(map(len, terms.values())) > 30
-    every = [term for listed in terms.values() for term in listed]
-    assert sorted({term for term in every if every.count(term) > 1}) == []
+    texts = [(ROOT / page).read_text(encoding="utf-8") for page in ("docs/glossary.md", "CONTRIBUTING.md")]
+    terms = [re.split(", *", ", ".join(re.findall(r"^- \*\*(.+?)\*\*", text, re.M))) for text in texts]
+    assert min(map(len, terms)) > 30
+    assert [term for term, count in Counter(terms[0] + terms[1]).items() if count > 1] == []
 
 
 def test_short_runs_on_the_page_are_those_of_the_full_study():
