@@ -1,7 +1,5 @@
 """The notebooks run, all in one process; the outputs kept in those of the gallery are those of their code."""
 
-import contextlib
-import io
 import math
 import re
 import shutil
@@ -17,16 +15,13 @@ NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|NaN)(?![\w.])")
 SCATTER, ROUNDING = 0.1, 0.05
 
 
-def cells(path):
-    return [cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
-
-
-def printed(cell):
-    return "".join(output.text for output in cell.outputs if output.output_type == "stream")
-
-
-def pictures(outputs):
-    return sum("image/png" in output.get("data", {}) for output in outputs)
+def run_cells(path):
+    """Cells of code of a notebook, each after it has run."""
+    namespace = {"__name__": "notebook"}
+    code = [cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
+    for number, cell in enumerate(code):
+        exec(compile(cell.source, f"{path.name}[{number}]", "exec"), namespace)
+        yield cell, namespace
 
 
 def same(output, stored):
@@ -40,26 +35,22 @@ def same(output, stored):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch, pyplot):
+def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch, pyplot, capsys):
     monkeypatch.chdir(tmp_path)
-    namespace = {"__name__": "notebook"}
-    for number, cell in enumerate(cells(path)):
-        output = io.StringIO()
-        with contextlib.redirect_stdout(output):
-            exec(compile(cell.source, f"{path.name}[{number}]", "exec"), namespace)
-        assert same(output.getvalue(), printed(cell)), f"{output.getvalue()}\nkept:\n{printed(cell)}"
-        assert len(pyplot.get_fignums()) == pictures(cell.outputs)
+    for cell, _ in run_cells(path):
+        output = capsys.readouterr().out
+        kept = "".join(output.text for output in cell.outputs if output.output_type == "stream")
+        assert same(output, kept), f"{output}\nkept:\n{kept}"
+        assert len(pyplot.get_fignums()) == sum("image/png" in output.get("data", {}) for output in cell.outputs)
         pyplot.close("all")
 
 
 def test_the_notebook_of_a_run_shows_it_and_keeps_no_outputs(tmp_path, monkeypatch, capsys):
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.chdir(tmp_path)
-    namespace = {"__name__": "notebook"}
-    for number, cell in enumerate(cells(ROOT / "docs" / "look_at_a_run.ipynb")):
-        assert not cell.outputs and not cell.execution_count
-        exec(compile(cell.source, f"look_at_a_run.ipynb[{number}]", "exec"), namespace)
-    assert namespace["shown"]._repr_html_().startswith("<iframe srcdoc=")
+    run = list(run_cells(ROOT / "docs" / "look_at_a_run.ipynb"))
+    assert not [cell for cell, _ in run if cell.outputs or cell.execution_count]
+    assert run[-1][1]["shown"]._repr_html_().startswith("<iframe srcdoc=")
     assert {file.name for file in tmp_path.iterdir()} == {"config", "run.html"}
     printed = capsys.readouterr().out
     assert "sprocket: pitches  0.0 to" in printed and "% of a turn" in printed

@@ -1,9 +1,8 @@
 """The pages of docs/ and the README hold: blocks run, links, paths and names exist.
 
-Every ``python`` block of a page is run unchanged, all blocks of a page in one namespace, in a temporary folder
-that holds a copy of config/. In ``console`` blocks the lines that begin with ``$ trackdyn`` are run in the
-same folder and in the order of the page; lines below them are what they must print. A block with more than
-its language behind the fence, such as ``python not run``, is shown only.
+The ``python`` blocks of a page are run in one namespace, in a folder with a copy of config/. Of ``console`` blocks the
+lines that begin with ``$ trackdyn`` are run there in the order of the page; lines below them must be printed. A block
+with more than its language behind the fence, such as ``python not run``, is shown only.
 """
 
 import os
@@ -17,7 +16,7 @@ import sysconfig
 import pytest
 import typer.main
 
-from tests.conftest import ROOT, run_command
+from tests.conftest import ROOT, run_command, run_python
 from trackdyn.commands.cli import app
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -40,11 +39,8 @@ def text_of(path):
 def blocks(path, *languages):
     """Language, first line and text of the fenced blocks in some languages."""
     text = text_of(path)
-    return [
-        (match[1], text.count("\n", 0, match.start()) + 1, match[2])
-        for match in BLOCK.finditer(text)
-        if match[1] in languages
-    ]
+    every = ((match[1], text.count("\n", 0, match.start()) + 1, match[2]) for match in BLOCK.finditer(text))
+    return [block for block in every if block[0] in languages]
 
 
 def inline_code(path):
@@ -83,56 +79,37 @@ def test_commands_have_the_options_and_arguments_that_they_name(path):
             assert type(error).__name__ == "MissingParameter", f"trackdyn {name} {words}: {error}"
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A temporary working directory with the configuration of the repository."""
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def run_console(text, where):
-    """Run the commands of a console block and compare with the lines below them."""
-    for command in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
-        line, _, expected = command.partition("\n")
-        if not line.startswith("trackdyn "):
-            continue
-        done = run_command(*shlex.split(line)[1:])
-        printed = done.out + done.err
-        if expected.strip():
-            assert printed.strip() == expected.strip(), f"{where}: {line}"
-        else:
-            assert done.code == 0, f"{where}: {line}: {printed}"
-
-
 # whose lines read files of loggers: test_logger_page runs them
 RUN_APART = "your-loggers-file.md"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in PAGES if path.name != RUN_APART], ids=name_of)
-def test_blocks_of_a_page_run(path, folder, pyplot):
+def test_blocks_of_a_page_run(path, tmp_path, monkeypatch, pyplot):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "page"}
     for language, line, text in blocks(path, "python", "console"):
         where = f"{name_of(path)}:{line}"
-        if language == "console":
-            run_console(text, where)
-        else:
+        if language == "python":
             # blank lines in front: a traceback then shows the line of the page
             exec(compile("\n" * line + text, where, "exec"), namespace)
+            continue
+        for command, expected in re.findall(r"^\$ trackdyn (.*)\n((?:(?!\$ ).*\n)*)", text, re.MULTILINE):
+            code, out, err = run_command(*shlex.split(command))
+            same = (out + err).strip() == expected.strip() if expected.strip() else code == 0
+            assert same, f"{where}: {command}: {out + err}"
 
 
 def readme_script():
     """The README's commands in their order: shell blocks, Python blocks, commands of ours in its text and tables."""
     text = text_of(ROOT / "README.md")
     pattern = re.compile(rf"{BLOCK.pattern}|`((?:trackdyn|snakemake|make) [^`\n]+)`", re.MULTILINE | re.DOTALL)
-    lines = []
-    for language, block, command in pattern.findall(text):
-        if language == "python":
-            lines.append(f"python - <<'END'\n{block}END")
-        elif command or language in ("", "sh", "bash", "shell"):
-            lines.append(command or block)
-    return "\n".join(lines)
+    return "\n".join(
+        f"python - <<'END'\n{block}END" if language == "python" else command or block
+        for language, block, command in pattern.findall(text)
+        if language in ("python", "", "sh", "bash", "shell")
+    )
 
 
 # The address of the clone is the reader's. Commands that take minutes are only planned, but for a study of one radius.
@@ -167,13 +144,9 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
     around = AROUND.format(tree=tree, packages=sysconfig.get_path("purelib"), python=python)
     outside = [folder for folder in os.environ["PATH"].split(os.pathsep) if not folder.startswith(sys.prefix)]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
-    done = subprocess.run(
-        ["bash", "-c", around + script],
-        cwd=tmp_path,
-        env=environment | {"PATH": os.pathsep.join(outside)},
-        capture_output=True,
-        text=True,
-    )
+    environment["PATH"] = os.pathsep.join(outside)
+    command = ["bash", "-c", around + script]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     output = " ".join(done.stdout.split())
     printed = re.findall(r"^#> (.+)$", script, re.MULTILINE)
@@ -216,10 +189,8 @@ def test_named_paths_exist(path):
         if word in YOURS or word.startswith("results/"):
             continue  # results are looked for in the plan of the pipeline
         # the page may leave out the name of the package, or that of its own folder
-        assert any(
-            (folder / word).exists()
-            for folder in (ROOT, ROOT / "trackdyn", ROOT / "workflow", ROOT / "laboratory", path.parent)
-        ), word
+        folders = (ROOT, ROOT / "trackdyn", ROOT / "workflow", ROOT / "laboratory", path.parent)
+        assert any((folder / word).exists() for folder in folders), word
 
 
 def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
@@ -234,12 +205,6 @@ def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
     targets.discard("results/benchmarks/cost.json")
     targets = {target for target in targets if not target.startswith("results/quick/")}  # of another configuration
     assert "results/figures/fig24.png" in targets
-    words = "-n", "--quiet", "all", "--nolock", "--nocolor"
-    result = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-s", "laboratory/Snakefile", *words, *sorted(targets)],
-        cwd=ROOT,
-        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
+    words = "-m", "snakemake", "-s", "laboratory/Snakefile", "-n", "--quiet", "all", "--nolock", "--nocolor"
+    done = run_python(*words, *sorted(targets), XDG_CACHE_HOME=tmp_path / "cache")
+    assert done.code == 0, done

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from trackdyn.inputs.errors import InputError
+from tests.conftest import refused
 from trackdyn.measure.cells import with_error
 from trackdyn.measure.columns import heading
 from trackdyn.plots.show import _page, geometry, show, signal, work_of
@@ -45,9 +45,8 @@ def open_page(open_file, page_file):
 
 def test_an_impact_is_cut_and_leaves_the_other_arrows_their_length(recording, stretch):
     largest = [np.hypot(rows[:, 3], rows[:, 4]).max() for rows in stretch.contacts if len(rows)]
-    usual = geometry(recording, stretch)
+    usual, impact = geometry(recording, stretch), stretch.contacts[0].copy()
     assert 1.2 <= np.median(largest) / usual["force_bar"] <= 3
-    impact = stretch.contacts[0].copy()
     impact[0, 3:5] = 1e6, 0.0
     hit = geometry(recording, replace(stretch, contacts=[impact, *stretch.contacts[1:]]))
     assert hit["force_bar"] == usual["force_bar"] and hit["force_most"] == 3 * usual["force_bar"]
@@ -63,20 +62,16 @@ def test_the_motion_is_that_of_the_run(recording, stretch):
     half = recording.scene.rig.chain.link_length / 2
     middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
     assert np.abs(middle - recording.link_position[samples]).max() < 1e-9
-    drawn, touched = (
-        np.zeros((len(samples), *recording.force.shape[1:])),
-        np.zeros((len(samples), *recording.area.shape[1:], 2)),
-    )
+    recorded, touches = recording.force[samples], np.stack([recording.area, recording.groove], axis=-1)[samples]
+    drawn, touched = np.zeros_like(recorded), np.zeros((*recorded.shape, 2))
     for k, rows in enumerate(stretch.contacts):
         for side, _, _, u, v, area, groove, body, _ in rows[rows[:, 8] == 0]:
-            drawn[k, int(body) // 2, int(side)] = np.hypot(u, v)
-            if side < 2:
-                touched[k, int(body) // 2, int(side)] = area, groove
-    recorded = recording.force[samples]
+            place = k, int(body) // 2, int(side)
+            drawn[place], touched[place] = np.hypot(u, v), (area, groove)
     assert (drawn > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
     assert drawn == pytest.approx(recorded, abs=1e-6 * recorded.max())
     arcs = drawn[:, :, :2] > 0  # an arc may touch without a force
-    assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
+    assert np.array_equal(touched[:, :, :2][arcs], touches[arcs])
 
 
 @pytest.mark.parametrize("fields", [{"ring_radius": None}, {"chain": "single_pin"}])
@@ -94,19 +89,18 @@ def test_contacts_and_weight_accelerate_the_chain(make_scene, fields):
     loop.step()
     # the velocities after the step are those of the places after it: arms have turned by h times the rate of the bodies
     size, angle = np.abs(contacts[:, 3:5]).sum(), h * np.abs(loop.state.rate).max()
-    assert (loop.momentum - before)[:2] / h == pytest.approx(force, abs=angle * size)
-    assert (loop.momentum - before)[2] / h == pytest.approx(moment, abs=angle * size)
-    assert angle < 5e-3
-    assert len(contacts) > 5
+    assert (loop.momentum - before) / h == pytest.approx([*force, moment], abs=angle * size)
+    assert angle < 5e-3 and len(contacts) > 5
 
 
-def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
-    steered = replace(recording, link_position=recording.link_position + 1e-3)
-    text = " ".join(show(steered, seconds=0.05).text.split())
+def test_a_steered_run_is_not_taken_for_the_recorded_one(recording):
+    whole, steered = (
+        show(run, seconds=0.05) for run in (recording, replace(recording, link_position=recording.link_position + 1e-3))
+    )
+    same, text = (" ".join(shown.text.split()) for shown in (whole, steered))
     assert "This is not the recorded run." in text and "by up to 0.001 m" in text
-    assert "It is the recorded run" not in text
-    assert "It is the recorded run" in " ".join(show(recording, seconds=0.05).text.split())
-    shortened = replace(show(recording, seconds=0.05).stretch, apart=None)  # of a long lead-in
+    assert "It is the recorded run" not in text and "It is the recorded run" in same
+    shortened = replace(whole.stretch, apart=None)  # of a long lead-in
     assert "s after its start, not the record itself" in _page(recording, shortened, "run")
 
 
@@ -116,11 +110,8 @@ def test_no_rule_of_accessibility_is_broken(open_page, broken_rules, width, sche
 
 
 def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, stretch):
-    page = open_page()
-    picture, joints = (
-        "document.getElementById('scene').toDataURL()",
-        "document.getElementById('tension-plot').data[2].y",
-    )
+    page, picture = open_page(), "document.getElementById('scene').toDataURL()"
+    joints = "document.getElementById('tension-plot').data[2].y"
     page.select_option("#pace", "1")
     first, forces = page.evaluate(picture), page.evaluate(joints)
     page.click("#play")
@@ -132,10 +123,8 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
     assert page.inner_text("#clock") == stopped
     page.fill("#scrub", "30")
     assert page.inner_text("#clock") == f"{stretch.time[30]:.2f} s"
-    order = np.argsort(stretch.along[30])
-    assert (
-        page.evaluate(joints) == pytest.approx(stretch.tension[30][order], abs=0.51) and page.evaluate(joints) != forces
-    )
+    order, now = np.argsort(stretch.along[30]), page.evaluate(joints)
+    assert now == pytest.approx(stretch.tension[30][order], abs=0.51) and now != forces
     side = stretch.contacts[30][:, 0]
     assert f"road wheel {(side == 4).sum()} (largest" in page.inner_text("#readout")
     assert re.search(r"The bar is \d+ N throughout", page.inner_text("#readout"))
@@ -152,22 +141,16 @@ def test_shares_of_work_are_no_contact_durations(recording):
 
 
 def test_a_long_history_keeps_its_extremes(recording):
-    ay = np.zeros(50_000)
-    mean = np.zeros((50_000, 1, 3))
+    mean, g = np.zeros((50_000, 1, 3)), recording.scene.rig.gravity
     mean[[1234, 40_321], 0, 1] = 5.0, -7.0
-    longer = replace(recording, mean=mean, time=np.arange(50_000) / recording.rate)
-    whole = signal(longer, None)["whole"]
-    g = recording.scene.rig.gravity
-    assert len(whole["low"]) == 2000 < len(ay)
-    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
-        1 - 7 / g, rel=1e-3
-    )
+    whole = signal(replace(recording, mean=mean, time=np.arange(50_000) / recording.rate), None)["whole"]
+    assert len(whole["low"]) == 2000
+    assert [max(whole["high"]), min(whole["low"])] == pytest.approx([1 + 5 / g, 1 - 7 / g], rel=1e-3)
 
 
 @pytest.mark.parametrize("seconds", [0.0, 61.0, float("nan"), "long"])
 def test_a_stretch_out_of_range_is_refused(recording, seconds, tmp_path):
-    with pytest.raises(InputError, match=r"^seconds "):
-        show(recording, tmp_path / "run.html", seconds=seconds)
+    refused(show, recording, tmp_path / "run.html", start="seconds ", seconds=seconds)
     assert not list(tmp_path.iterdir())
 
 
