@@ -1,17 +1,14 @@
 """Every task of CONTRIBUTING, done in a copy of the project as the guide says, has the effect that it promises."""
 
 import json
-import os
 import pickle
 import shutil
-import subprocess
-import sys
 
 import pytest
 
-from tests.conftest import ROOT
+from tests.conftest import run_python
 from tests.replication.conftest import TRACKS
-from tests.workflow.test_workflow import planned_jobs, snakemake
+from tests.workflow.test_workflow import copy_project, planned_jobs, snakemake
 
 pytestmark = pytest.mark.slow
 
@@ -27,19 +24,13 @@ from trackdyn.plots.style import new_figure, save
 @run_job
 def main(job):
 """
-FIGURE = (
-    SCRIPT
-    + """    figure = new_figure(2.0)
+DRAW = """    figure = new_figure(2.0)
     figure.subplots().plot([0, 1])
     save(figure, job.output[0])
 """
-)
-STUDY = (
-    SCRIPT
-    + """    for path in job.output:
+STUDY = """    for path in job.output:
         write_csv(path, pd.DataFrame({"answer": [100 + job.params.study["number"]]}))
 """
-)
 RULE = """
 
 rule {0}:
@@ -51,10 +42,8 @@ rule {0}:
     script: "../trackdyn_replication/{2}"
 """
 CAPTION = "  {0}:\n    {0}:\n      title: {1}\n      text: Its content.\n"
-MEASURE = """ACCELERATION += (
-    acceleration("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),
-)
-"""
+MEASURE = 'ACCELERATION += (acceleration("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),)\n'
+PROBED = RULE.format("probe", 'f"{R}/probe.csv", f"{R}/tables/probe.csv"', "study/probe.py")
 # a file, a place in it (empty: its end), and the text that comes there
 TASKS = [
     # a measure
@@ -63,24 +52,16 @@ TASKS = [
     ("trackdyn/measure/metrics.py", '        "rpm": scene.motor_rpm', '        "swing_g": 0.0,\n'),
     ("trackdyn/measure/columns.yaml", "  rpm: [", '  swing_g: [number, g, "swing", exact]\n'),
     # a recorded array
-    (
-        "trackdyn/model/arrays.py",
-        "    wheel_rate: Annotated",
-        '    wheel_turn: Annotated[np.ndarray, Row(("wheels",))]\n',
-    ),
-    (
-        "trackdyn/integrate/run.py",
-        "        rows.wheel_rate[sample, wheel] =",
-        "        rows.wheel_turn[sample, wheel] = 1.0 + wheel\n",
-    ),
+    ("trackdyn/model/arrays.py", "    wheel_rate: Anno", '    wheel_turn: Annotated[np.ndarray, Row(("wheels",))]\n'),
+    ("trackdyn/integrate/run.py", "        rows.wheel_rate[", "        rows.wheel_turn[sample, wheel] = 1.0 + wheel\n"),
     # an option of a sensor's file
     (
         "trackdyn/fieldtest/sensor_mapping.py",
         "    resample: bool",
-        '    mine: bool = Field(False, description="Option of mine.")\n',
+        '    mine: bool = Field(False, description="Mine.")\n',
     ),
     # a figure
-    (f"{FOLDER}/report/figures/mine.py", "", FIGURE),
+    (f"{FOLDER}/report/figures/mine.py", "", SCRIPT + DRAW),
     ("workflow/rules/records.smk", "", RULE.format("mine", 'figure("mine")', "report/figures/mine.py")),
     (f"{FOLDER}/paper/contents.yaml", "  grip_figure:", CAPTION.format("mine", "A figure of mine")),
     # a study
@@ -88,12 +69,8 @@ TASKS = [
     (f"{FOLDER}/study/settings.py", "    trade: TradeStudy", "    probe: Probe\n"),
     ("config/studies.yaml", "", "\nprobe:\n  number: 7\n"),
     ("config/quick_studies.yaml", "", "\nprobe:\n  number: 5\n"),
-    (
-        "workflow/rules/studies.smk",
-        "",
-        RULE.format("probe", 'f"{R}/probe.csv", f"{R}/tables/probe.csv"', "study/probe.py"),
-    ),
-    (f"{FOLDER}/study/probe.py", "", STUDY),
+    ("workflow/rules/studies.smk", "", PROBED),
+    (f"{FOLDER}/study/probe.py", "", SCRIPT + STUDY),
     (f"{FOLDER}/paper/contents.yaml", "", CAPTION.format("probe", "A study of mine\n      table: true")),
 ]
 SHOWN = """
@@ -134,10 +111,7 @@ print("\\n" + json.dumps(printed))
 
 
 def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driven_loop):
-    copy, loop = tmp_path / "copy", driven_loop()
-    for name in ("config", "data", "docs/measured", "docs/pictures", "trackdyn", "workflow"):
-        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "Snakefile", copy)
+    copy, loop = copy_project(tmp_path / "copy"), driven_loop()
     loop.record(0.002).save(tmp_path / "old.npz")
     (tmp_path / "mine.yaml").write_text("mine: true\n", encoding="utf-8")
     (tmp_path / "loop").write_bytes(pickle.dumps(loop))
@@ -159,22 +133,14 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
         shutil.copy(copy / "results" / "quick" / name, made / name)
 
     # all of them, interpreted: new kernels would be compiled only for this test
-    tracks = json.dumps({name: str(path) for name, path in TRACKS.items()})
-    done = subprocess.run(
-        [sys.executable, "-c", SHOWN, str(tmp_path), str(made), tracks],
-        cwd=copy,
-        env=os.environ | {"PYTHONPATH": f"{copy}:{copy / 'workflow'}", "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    screen, shown = done.stdout.rsplit("\n", 2)[0], json.loads(done.stdout.rsplit("\n", 2)[1])
+    words = "-c", SHOWN, tmp_path, made, json.dumps(TRACKS, default=str)
+    done = run_python(*words, cwd=copy, PYTHONPATH=f"{copy}:{copy / 'workflow'}", NUMBA_DISABLE_JIT=1)
+    assert done.code == 0, done.err
+    screen, shown = done.out.rsplit("\n", 2)[0], json.loads(done.out.rsplit("\n", 2)[1])
     assert "tilt of mine" in screen and "no +-" in screen and "the error of the step is not known" in screen
-    assert (
-        "tilt_g" in shown["measures"] and "tilt_g" in shown["compared"] and {"tilt_g", "swing_g"} <= {*shown["metrics"]}
-    )
+    assert {"tilt_g"} <= {*shown["measures"]} & {*shown["compared"]} and {"tilt_g", "swing_g"} <= {*shown["metrics"]}
     assert "other arrays than this version records ('wheel_turn')" in shown["refused"] and "\n" not in shown["refused"]
-    assert shown["mapped"] is True and "--mine" in shown["help"] and "Option of mine." in shown["help"]
+    assert shown["mapped"] is True and "--mine" in shown["help"] and "Mine." in shown["help"]
     assert shown["array"] == [[1.0, 2.0, 3.0]] * 2
     for words in ("A figure of mine</h3>", "A study of mine</h3>", "105"):
         assert words in shown["page"]
