@@ -16,31 +16,15 @@ from trackdyn_replication.peers.exudyn_loop import require_exudyn
 pytestmark = pytest.mark.peer
 
 
-@pytest.fixture
-def both_contacts(rig, driven_loop):
-    """Contacts of a driven loop: model, state, work, and the peer's constants, coordinates, rates and memory."""
-
-    def make(ring_radius):
-        loop = driven_loop(ring_radius)
-        model, state, work, _ = loop.arrays
-        model = without_extrapolation(model, work)
-        w = model.wheels
-        contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
-        radius = w.radius * w.present
-        contacts = contacts._replace(circle=np.column_stack([w.x, w.y, radius]))
-        q, v = (
-            np.concatenate([coordinate.ravel(), np.zeros(2)])
-            for coordinate in exudyn_loop.coordinates(model.chain, state)
-        )
-        v[-2:] = state.wheel_rate[1:]
-        return model, state, work, contacts, q, v, Memory(state.tooth_impact.copy(), state.wheel_impact.copy())
-
-    return make
-
-
 @pytest.mark.parametrize("ring_radius", [None, 0.303, 0.308])
-def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
-    model, state, work, contacts, q, v, memory = both_contacts(ring_radius)
+def test_both_contact_laws_give_the_same_loads(rig, driven_loop, ring_radius):
+    model, state, work, _ = driven_loop(ring_radius).arrays
+    model = without_extrapolation(model, work)
+    wheels, contacts = model.wheels, make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
+    contacts = contacts._replace(circle=np.column_stack([wheels.x, wheels.y, wheels.radius * wheels.present]))
+    q, v = (np.append(coordinate, np.zeros(2)) for coordinate in exudyn_loop.coordinates(model.chain, state))
+    v[-2:] = state.wheel_rate[1:]
+    memory = Memory(state.tooth_impact.copy(), state.wheel_impact.copy())
     refresh(model, state, work)
     n = len(state.angle)
     load, torque = np.zeros((n, 3)), np.zeros((n, 3))

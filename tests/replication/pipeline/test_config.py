@@ -1,6 +1,5 @@
 """A bad configuration is refused in one sentence that names file, field, value and remedy."""
 
-import copy
 import re
 from pathlib import Path
 
@@ -23,7 +22,7 @@ def in_the_repository(monkeypatch):
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(read_yaml(BASE))
+    return read_yaml(BASE)
 
 
 def load(path):

@@ -1,23 +1,25 @@
 """Measured parts of the README and the docs: what their tables say, and that they are of the present rig and claims."""
 
 import re
+import shutil
 
 import pandas as pd
 import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
-from tests.conftest import ROOT
+from tests.conftest import ROOT, refused, written
 from trackdyn.rig.rig import parameter_table
 from trackdyn_replication.paper.claims import load_claims, printed_text
 from trackdyn_replication.paper.tracks import FOLDER
 from trackdyn_replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 
+CLAIMS = load_claims(ROOT / "config" / "claims.yaml")
+
 
 @pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
 def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     """Nobody has typed into a measured block, and none is older than its data."""
-    copy = tmp_path / "page.md"
-    copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
+    copy = shutil.copy(ROOT / page, tmp_path / "page.md")
     fill(copy, [ROOT / stored(source) for source in sources], write)
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
@@ -31,20 +33,16 @@ def test_what_was_measured_is_of_this_rig():
 
 
 def test_what_was_measured_is_of_these_claims():
-    stored = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
-    claims = load_claims(ROOT / "config" / "claims.yaml")
-    for rig, card in stored.groupby("rig", sort=False):
-        assert card[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in claims], rig
-        bounds = [printed_text(c) for c in claims if not isinstance(c.printed, dict)]
-        assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
-
-
-@pytest.mark.parametrize("table", ["printed_numbers.csv", "data/plausible/grips_numbers.csv"])
-def test_stored_numbers_have_the_names_of_these_claims(table):
-    numbers = pd.read_csv(ROOT / stored(table))["claim"].tolist()
-    claims = [claim for claim in load_claims(ROOT / "config" / "claims.yaml") if claim.numbers]
-    names = [claim.number_names or [claim.claim] for claim in claims]
-    assert numbers == [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+    card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
+    for rig, rows in card.groupby("rig", sort=False):
+        assert rows[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in CLAIMS], rig
+        printed = [(row, printed_text(c)) for row, c in zip(rows["printed"], CLAIMS, strict=True)
+                   if not isinstance(c.printed, dict)]  # fmt: skip
+        assert all(row == now for row, now in printed)
+    names = [claim.number_names or [claim.claim] for claim in CLAIMS if claim.numbers]
+    names = [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+    for table in ("printed_numbers.csv", "data/plausible/grips_numbers.csv"):
+        assert pd.read_csv(ROOT / stored(table))["claim"].tolist() == names, table
 
 
 def test_columns_of_sampled_tracks_are_described():
@@ -59,19 +57,15 @@ def test_columns_of_sampled_tracks_are_described():
 
 
 def test_a_page_without_marks_is_named(tmp_path):
-    page, source = tmp_path / "page.md", tmp_path / "rows.csv"
-    page.write_text(f"{BEGIN} once {END} {END}", encoding="utf-8")
-    source.write_text("a\n1\n", encoding="utf-8")
-    with pytest.raises(Exception, match="must occur once each"):
-        fill(page, [source], lambda rows: "")
+    page, source = written(tmp_path / "page.md", f"{BEGIN} once {END} {END}"), written(tmp_path / "rows.csv", "a\n1\n")
+    refused(fill, page, [source], lambda rows: "", words=["must occur once each"], error=Exception)
 
 
 def test_files_are_kept_and_pages_are_written_from_them(tmp_path, monkeypatch):
     """What the commands of the rules `pictures` and `laboratory_pages` do."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "docs" / "measured").mkdir(parents=True)
-    page = tmp_path / "docs" / "page.md"
-    page.write_text(f"{BEGIN}{END}", encoding="utf-8")
-    (tmp_path / "rows.csv").write_text("a\n1\n", encoding="utf-8")
+    page = written(tmp_path / "docs" / "page.md", f"{BEGIN}{END}")
+    written(tmp_path / "rows.csv", "a\n1\n")
     write_pages(["rows.csv"], [("docs/page.md", ("rows.csv",), lambda rows: f"sum {rows['a'].sum()}")])
     assert "sum 1" in page.read_text(encoding="utf-8")
