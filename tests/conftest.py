@@ -19,15 +19,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn import jit
+from trackdyn import InputError, Loop, Recording, Scene, jit, load_rig
 from trackdyn.commands import cli
-from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts
 from trackdyn.model.arrays import SIDES, make_record, make_state
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.recording import provenance
 from trackdyn.simulation.settling import Layout
 
 ROOT = Path(__file__).parents[1]

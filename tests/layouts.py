@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from trackdyn.inputs.errors import InputError
+from trackdyn import InputError, Rig, load_rig
 from trackdyn.rig.layout import belt_path, run_order
-from trackdyn.rig.rig import Rig, load_rig
 
 SEED = 20261122
 CHAINS = (str(Path(__file__).with_name("stiff.yaml")), "m113", "robot")  # none moves with the default rig

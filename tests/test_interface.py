@@ -11,9 +11,7 @@ from pydantic import BaseModel
 
 import trackdyn
 from tests.conftest import BELT, ROOT
-from trackdyn.measure.sensor import sense
-from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.scene import Scene
+from trackdyn import Rig, Scene, load_rig, sense
 from trackdyn.simulation.belt import belt_recording
 
 SCENE = Scene(load_rig("paper"), 115.0)

@@ -5,13 +5,12 @@ import pytest
 
 from tests.conftest import recorded, refused, written
 from tests.kinematics import ContactList, without_extrapolation
+from trackdyn import Scene, load_rig
 from trackdyn.contact.laws import sheared
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import ENERGY_NAMES, RING
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_law
-from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import step_limits
 from trackdyn.simulation.energy_balance import energy_residual
 

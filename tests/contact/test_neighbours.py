@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS
-from trackdyn.inputs.errors import TrackdynError
+from trackdyn import Loop, TrackdynError
 from trackdyn.model.arrays import OFFSET
 from trackdyn.model.constants import SPROCKET
-from trackdyn.simulation.loop import Loop
 
 
 def distances(loop):

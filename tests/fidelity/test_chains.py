@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from trackdyn import Scene, simulate
 from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import make_arrays
 from trackdyn.scene.build import build_chain, build_shoes
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.simulate import simulate
 
 
 def ring_of_teeth(rig, kind):

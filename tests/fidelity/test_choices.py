@@ -6,11 +6,10 @@ import pandas as pd
 import pytest
 
 from tests.conftest import BELT, RIG, refused, run_command
+from trackdyn import Rig, Scene, load_rig
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS
-from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.sweep import requested_rows
 

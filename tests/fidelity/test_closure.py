@@ -5,8 +5,7 @@ import pytest
 
 from tests.conftest import recorded
 from tests.kinematics import set_model, spinning_loop
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
+from trackdyn import Loop, Scene
 
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])

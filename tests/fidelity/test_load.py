@@ -8,17 +8,13 @@ import pytest
 from tests.conftest import BELT, LAWS, SHORT, refused, written
 from tests.fidelity.test_rolling import tensions
 from tests.rigs.conftest import scene_of
+from trackdyn import Loop, Scene, load_recording, load_rig, simulate
 from trackdyn.model.arrays import BEARING
 from trackdyn.rig.layout import body_lengths, braked_wheel, wheel_names
-from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.brake import slip
 from trackdyn.simulation.energy_balance import energy_residual
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flatten
-from trackdyn.simulation.recording import load_recording
-from trackdyn.simulation.simulate import simulate
 
 IDLER, LOAD = 1, 2000.0
 

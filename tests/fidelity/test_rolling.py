@@ -5,13 +5,11 @@ import pytest
 
 from tests.conftest import LAWS, RIG, refused, written
 from tests.rigs.conftest import SPROCKET_RPM, scene_of
+from trackdyn import Loop, Scene, load_rig
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.integrate.semi_implicit import advance
 from trackdyn.model.arrays import BEARING
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
 
 ARM, IDLER = 0.01, 1
 

@@ -3,9 +3,8 @@
 import pytest
 
 from tests.conftest import refused
-from trackdyn.rig.rig import load_rig
+from trackdyn import Scene, load_rig
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, round_step
 
 

@@ -8,18 +8,14 @@ import pytest
 from laboratory.plausible.unknowns import file_ranges
 from tests.conftest import recorded, refused
 from tests.layouts import random_rig
-from trackdyn.inputs.errors import InputError
+from trackdyn import InputError, Loop, Scene, load_rig, simulate
 from trackdyn.integrate.suspensions import chain_force
 from trackdyn.model.arrays import BEARING
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.initial_tension import arc_depths, explained_depth
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops, settle
-from trackdyn.simulation.simulate import simulate
 
 LARGE = 0.313
 

@@ -9,19 +9,18 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from tests.conftest import refused, run_command
+from trackdyn import load_rig, read_sensor, sense, simulate
 from trackdyn.fieldtest.axes import judge_axes, require_axes
 from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
 from trackdyn.fieldtest.figures import comparison_figure
-from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
+from trackdyn.fieldtest.sensor_csv import SensorRecord
 from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.measure.estimators import record_metrics
 from trackdyn.measure.metrics import shown_measures
-from trackdyn.measure.sensor import measured_loop_hz, sense
+from trackdyn.measure.sensor import measured_loop_hz
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.uncertainty import MANY_DEGREES, student, welch_degrees
 from trackdyn.plots.style import save
-from trackdyn.rig.rig import load_rig
-from trackdyn.simulation.simulate import simulate
 
 
 def sensed(ay, ax=None, rate=1000.0, **fields):

@@ -6,16 +6,10 @@ import pytest
 import yaml
 
 from tests.conftest import BELT, LAWS, recorded, refused, run_command, written
+from trackdyn import Scene, load_recording, load_rig, measures, read_sensor, sense, simulate
 from trackdyn.fieldtest.compare import compare_with_sensor
-from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
-from trackdyn.measure.export import measures
 from trackdyn.measure.metrics import remarks
-from trackdyn.measure.sensor import sense
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import load_recording
-from trackdyn.simulation.simulate import simulate
 
 POSITIONS = {
     "front": {"pitch": 4, "x": 0.03, "y": 0.02},

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import refused, written
-from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import load_recording
+from trackdyn import Rig, Scene, load_recording, load_rig
 
 
 @pytest.mark.parametrize("change", [lambda loaded: loaded, copy.copy, replace, lambda loaded: loaded.with_sensor(0)])

@@ -14,14 +14,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import BELT, ROOT
+from trackdyn import Scene, TrackdynError, load_recording, load_rig, read_sensor
 from trackdyn.commands import cli
-from trackdyn.fieldtest.sensor_csv import read_sensor
-from trackdyn.inputs.errors import TrackdynError
-from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import SHIPPED
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
-from trackdyn.simulation.recording import load_recording
 from trackdyn_replication.pipeline.config import check_config, read_layer
 
 CONFIG, RIG = ROOT / "config" / "config.yaml", SHIPPED / "paper.yaml"

@@ -13,17 +13,13 @@ from snakemake.utils import update_config
 
 from tests.conftest import BELT, RIG, ROOT, refused, written
 from tests.kinematics import unsettled_loop
-from trackdyn.fieldtest.sensor_csv import read_sensor
+from trackdyn import Rig, Scene, load_recording, load_rig, read_sensor, simulate
 from trackdyn.inputs.errors import shown
 from trackdyn.inputs.yaml_file import read_yaml
-from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.rig.sections import Wheel
 from trackdyn.scene.choices import CHOICES
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.recording import load_recording
-from trackdyn.simulation.simulate import simulate
 from trackdyn_replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 
 HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond Python's text of integers

@@ -9,11 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import BELT, refused, run_command, written
-from trackdyn.rig.rig import load_rig
+from trackdyn import Scene, load_recording, load_rig, simulate
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import load_recording
-from trackdyn.simulation.simulate import simulate
 
 COMMANDS = [
     ("", "Missing command"),

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import refused
-from trackdyn.inputs.errors import DivergenceError
+from trackdyn import DivergenceError, Recording, load_recording
 from trackdyn.inputs.files import read_npz, write_npz
-from trackdyn.simulation.recording import Recording, load_recording
 
 
 def changed(name, value):

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.kinematics import closed_rates, set_model, spinning_loop
-from trackdyn.inputs.errors import DivergenceError
+from trackdyn import DivergenceError, Scene
 from trackdyn.integrate.methods import METHODS
-from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import FRICTION_LEEWAY, elastic_depth, step_limits
 
 RK4 = METHODS["rk4"]

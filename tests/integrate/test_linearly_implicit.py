@@ -6,16 +6,15 @@ import pytest
 from tests import reference
 from tests.conftest import recorded, refused
 from tests.kinematics import ContactList, irregular_chain, mass_centre_arms, without_extrapolation
+from trackdyn import Loop, sense
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
 from trackdyn.chain.riccati import accelerate
 from trackdyn.contact.forces import AHEAD
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import refresh
-from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import rms
 from trackdyn.model.arrays import OptionalWork, make_implicit, make_state, make_work
-from trackdyn.simulation.loop import Loop
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
 AGREEMENT = 1e-10

@@ -4,10 +4,8 @@ from math import ceil
 
 import pytest
 
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
+from trackdyn import Loop, Scene, load_rig
 from trackdyn.scene.step import largest_step
-from trackdyn.simulation.loop import Loop
 
 SPROCKET_RPM = 30.0
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
-from trackdyn.rig.rig import load_rig
-from trackdyn.simulation.loop import Loop
+from trackdyn import Loop, load_rig
 
 
 def test_a_running_loop_has_the_tension_of_a_belt():

@@ -5,8 +5,7 @@ import warnings
 import pytest
 
 from tests.conftest import run_command, written
-from trackdyn.rig.rig import load_rig
-from trackdyn.simulation.rig_check import check
+from trackdyn import check, load_rig
 
 
 @pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])

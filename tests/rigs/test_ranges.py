@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import written
-from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
+from trackdyn import Loop, Scene, load_rig
+from trackdyn.rig.rig import outside_ranges, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
 
 
 @pytest.fixture(scope="module")

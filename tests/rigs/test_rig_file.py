@@ -7,12 +7,11 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from tests.conftest import refused, run_command, written
-from trackdyn.inputs.errors import InputError
+from trackdyn import InputError, Scene, load_rig
 from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
-from trackdyn.rig.rig import foreign_groove, load_rig, parameter_table
+from trackdyn.rig.rig import foreign_groove, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import make_suspensions
-from trackdyn.scene.scene import Scene
 
 WHEEL = "{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2}"
 ARM = "x: 1.0 m, y: 0.0 m, mass: 1.0 kg, stiffness: 1.0 N m/rad, damping: 0.0 N m s/rad, travel: 5.0 deg"

@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 
 from tests.conftest import RIG
-from trackdyn.inputs.errors import DivergenceError
+from trackdyn import DivergenceError, Loop, Scene, load_rig
 from trackdyn.integrate.suspensions import along, chain_force
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import check_stops
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.initial_tension import arc_depths, explained_depth
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.step_check import PIECE
 from trackdyn_replication.peers.comparison import require_exudyn, run_peer
 from trackdyn_replication.study.settings import PEER_LAWS

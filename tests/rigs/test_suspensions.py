@@ -7,11 +7,10 @@ import pytest
 
 from tests.conftest import refused
 from tests.rigs.conftest import scene_of
+from trackdyn import Loop, load_rig
 from trackdyn.integrate.suspensions import advance_suspensions
 from trackdyn.model.arrays import components
-from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.energy_balance import open_share
-from trackdyn.simulation.loop import Loop
 
 
 def test_a_wheel_on_an_arm_swings_with_the_period_of_its_spring(settled):

@@ -11,14 +11,12 @@ import pytest
 from tests import reference
 from tests.conftest import LAWS, assert_same_arrays, refused
 from tests.kinematics import closed_rates, next_samples, set_model, spinning_loop
+from trackdyn import Loop, Scene, simulate
 from trackdyn.model.arrays import SAMPLED
 from trackdyn.rig.layout import belt_around
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder
 from trackdyn.simulation.initial_tension import TensionedLoop
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flatten
-from trackdyn.simulation.simulate import simulate
 
 # Change of half a second with contacts by exact cosines at the start of a call instead of those carried on by their
 # series: rounding of 1e-16 in angles, grown by stiff contacts.

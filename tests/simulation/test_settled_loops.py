@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 
 from tests.conftest import assert_same_arrays, refused
+from trackdyn import Scene, load_rig, simulate
 from trackdyn.rig.laws import NORMAL_LAWS
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation import settling
 from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.settling import SettledLoops, settle
-from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
 

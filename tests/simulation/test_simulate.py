@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import BELT, LAWS, assert_same_arrays, recorded, refused, run_command
-from trackdyn.inputs.errors import DivergenceError
+from trackdyn import DivergenceError, load_recording, sense, simulate
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import without_beginning
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.rig.layout import body_lengths
 from trackdyn.simulation.energy_balance import energy_residual
-from trackdyn.simulation.recording import load_recording
-from trackdyn.simulation.simulate import simulate
 
 # printed in the paper (C01)
 GAP = 1.1e-10

@@ -4,15 +4,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import refused
-from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn import DivergenceError, InputError, Loop, Scene, check, simulate
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation import energy_balance, step_check
 from trackdyn.simulation.energy_balance import check_energy_balance, open_share
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.rig_check import check, try_steps
-from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.rig_check import try_steps
 from trackdyn.simulation.step_check import NO, ONE_STEP, OPEN, YES, Alternation, Difference, RunStatistics, StepCheck
 
 
