@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter, namedtuple
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -78,10 +79,7 @@ def rig():
 def make_scene(rig):
     """Function that makes a short scene: ``make_scene(115, ring_radius=None)``."""
 
-    def make(motor_rpm=115.0, rig=rig, **fields):
-        return Scene(rig, motor_rpm, **{**SHORT, **fields})
-
-    return make
+    return lambda motor_rpm=115.0, rig=rig, **fields: Scene(rig, motor_rpm, **{**SHORT, **fields})
 
 
 Ended = namedtuple("Ended", "code out err")
@@ -165,27 +163,22 @@ def made_recording(scene, time, force, begin=0.0, layout=Layout(), **arrays):
 
 @pytest.fixture(scope="session")
 def driven_loop(make_scene):
-    """Function that gives an own copy of the loop some time after the start; ``ring_radius=None`` is no ring."""
-    made = {}
+    """Function that gives an own copy of the loop a second after the start; ``ring_radius=None`` is no ring."""
 
-    def make(ring_radius=0.308, motor_rpm=115.0, seconds=1.0):
-        key = ring_radius, motor_rpm, seconds
-        if key not in made:
-            made[key] = Loop(make_scene(motor_rpm, ring_radius=ring_radius))
-            made[key].advance(seconds)
-        return made[key].copy()
+    @cache
+    def made(ring_radius, motor_rpm):
+        loop = Loop(make_scene(motor_rpm, ring_radius=ring_radius))
+        loop.advance(1.0)
+        return loop
 
-    return make
+    return lambda ring_radius=0.308, motor_rpm=115.0: made(ring_radius, motor_rpm).copy()
 
-
-# --- a browser for the pages --------------------------------------------------------------------------------
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
 BROWSER_ARGUMENTS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",
     "--disable-sync", "--no-first-run",
 ]  # fmt: skip
-PATIENCE = 300_000  # of the browser on a busy machine, ms
 
 
 @pytest.fixture(scope="session")
@@ -220,7 +213,7 @@ def open_file(browser):
 
     def open_it(path, width=1200, height=900, address="", **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_default_timeout(PATIENCE)
+        context.set_default_timeout(300_000)  # ms, on a busy machine
         opened.append(context)
         page = context.new_page()
         page.on("console", lambda m: problems.append(m.text) if m.type in ("error", "warning") else None)

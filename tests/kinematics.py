@@ -121,8 +121,7 @@ def unsettled_loop(scene):
 def spinning_loop(scene):
     """The chain of a scene as an oblong clockwise loop that touches nothing and spins as its sprocket.
 
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, so that the joints at its
-    ends turn by more, and a first one that closes it.
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes it oblong and a first that closes it.
     """
     loop = unsettled_loop(scene)
     model, spin = loop.arrays.model, scene.sprocket_rate
@@ -130,14 +129,13 @@ def spinning_loop(scene):
     wheels = model.wheels._replace(**wheels | {"present": np.zeros(1, int)})
     model = model._replace(wheels=wheels, tooth=model.tooth._replace(present=0), suspensions=suspensions_of([], 1))
     state, work, optional = make_arrays(model, METHODS[scene.integrator])
-    lengths = model.chain.length
-    phase = -2 * np.pi * np.arange(len(lengths)) / len(lengths)
+    phase = -2 * np.pi * np.arange(scene.bodies) / scene.bodies
 
     def angles(first):
         return phase + 0.3 * np.sin(2 * phase) + first @ [np.cos(phase), np.sin(phase)]
 
     def gap(first):
-        return [np.cos(angles(first)) @ lengths, np.sin(angles(first)) @ lengths]
+        return np.array([np.cos(angles(first)), np.sin(angles(first))]) @ model.chain.length
 
     state.angle[:] = angles(fsolve(gap, np.zeros(2), xtol=1e-15, full_output=True)[0])
     state.pin[:2] -= pins(model.chain, state)[:-1].mean(axis=0)

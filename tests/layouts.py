@@ -4,7 +4,7 @@ A layout is drawn from a seed and its number, so that any of them can be made ag
 sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
-from math import cos, degrees, hypot, pi, sin
+from math import degrees, hypot, pi
 from pathlib import Path
 
 import numpy as np
@@ -31,16 +31,12 @@ def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) 
     radius = np.append(size, rng.uniform(0.45, 1.0, count - 1) * size)
     turn = 2 * pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
     flat, tilt = rng.uniform(0.15, 1.0), rng.uniform(0, 2 * pi)
-    x, y = np.cos(turn), flat * np.sin(turn)
-    shape = np.column_stack([cos(tilt) * x - sin(tilt) * y, sin(tilt) * x + cos(tilt) * y])
-    shape -= shape[0]
+    shape = (np.cos(turn) + 1j * flat * np.sin(turn)) * np.exp(1j * tilt)
+    shape = np.column_stack([shape.real, shape.imag]) - [shape[0].real, shape[0].imag]
     pins = pin_radius(base, radius)
 
-    def circles(scale):
-        return np.column_stack([scale * shape, pins])
-
     def excess(scale):
-        laid = circles(scale)
+        laid = np.column_stack([scale * shape, pins])
         return belt_path(laid[run_order(laid)]).length - pitches * base.pitch
 
     least = max(
@@ -54,10 +50,9 @@ def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) 
         scale = brentq(excess, least, least + pitches * base.pitch / np.ptp(shape, axis=0).max(), xtol=1e-9)
     except (InputError, ValueError):
         return None
-    order = run_order(circles(scale))
-    if order[0] != 0 or set(order) != set(range(count)):
-        return None
-    return np.column_stack([scale * shape, radius])
+    order = run_order(np.column_stack([scale * shape, pins]))
+    complete = order[0] == 0 and set(order) == set(range(count))
+    return np.column_stack([scale * shape, radius]) if complete else None
 
 
 def random_rig(number: int) -> Rig:
@@ -83,17 +78,12 @@ def random_rig(number: int) -> Rig:
     # the wheel that takes up most, along the middle of its wrap
     k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: float(path.wrap[k]))
     direction = degrees(float(path.heading[k]) + float(path.wrap[k]) / 2 + pi / 2)
-    names = [f"wheel_{i}" for i in range(1, len(placed))]
-    wheels = {}
-    for i, name in enumerate(names, 1):
-        x, y, radius = (float(coordinate) for coordinate in placed[i])
-        wheels[name] = {
-            "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2,
-            "bearing_drag": base.wheels["idler"].bearing_drag, "rolling_arm": base.wheels["idler"].rolling_arm,
-        }  # fmt: skip
-    changes = {
-        "wheels": wheels, "chain__pitches": pitches,
-        "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * base.pitch,
-        "tension__pre_tension": tension, "tension__kept": "locked",
-    }  # fmt: skip
-    return base.changed(**changes)
+    drag = {name: getattr(base.wheels["idler"], name) for name in ("bearing_drag", "rolling_arm")}
+    wheels = {
+        f"wheel_{i}": {"x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2} | drag
+        for i, (x, y, radius) in enumerate(placed.tolist()[1:], 1)
+    }
+    return base.changed(
+        wheels=wheels, chain__pitches=pitches, tension__wheel=f"wheel_{order[k]}", tension__direction=direction,
+        tension__travel=0.7 * base.pitch, tension__pre_tension=tension, tension__kept="locked",
+    )  # fmt: skip

@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.model.constants import Chain
-
 _REFINEMENTS = 2
 _SCALINGS = 4
 
@@ -39,32 +37,20 @@ class WheelTerms(NamedTuple):
 
 
 def reference_accelerations(
-    chain: Chain,
-    angle: np.ndarray,
-    rate: np.ndarray,
-    force_x: np.ndarray,
-    force_y: np.ndarray,
-    moment: np.ndarray,
-    implicit_step: float = 0.0,
-    torque: np.ndarray | None = None,
-    implicit_damping: float | None = None,
-    wheels: WheelTerms | None = None,
-    cut: tuple[float, tuple[float, float]] | None = None,
-) -> Accelerations:
+    chain, angle, rate, force_x, force_y, moment, implicit_step=0.0, torque=None, implicit_damping=None, wheels=None,
+    cut=None,
+):  # fmt: skip
     """Solve the Newton-Euler equations of all bodies (Eqs. 2-7) together with the joint constraints; SI units.
 
     Angles along the clockwise loop are not wrapped: neighbours differ by the joint angle. Loads act at mass centres,
     without gravity and bushings. The torque of a bushing on the outboard body is ``-k (phi - phi0) - c (phi' +
-    implicit_step phi'')``, or ``torque``, which falls with the joint's acceleration by ``implicit_damping``. ``cut`` is
-    a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N; without one its pins coincide.
-
-    Assembly and residual use extended precision where the platform has it, so that the refinements leave only the final
-    rounding.
+    implicit_step phi'')``, or ``torque``, which falls with the joint's acceleration by ``implicit_damping``. ``wheels``
+    are `WheelTerms`. ``cut`` is a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N; without
+    one its pins coincide. Extended precision, where the platform has it, leaves only the final rounding.
     """
     n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
-    angle, rate, force_x, force_y, moment = (
-        np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)
-    )
+    angle, rate, *loads = np.asarray([angle, rate, force_x, force_y, moment], dtype=np.longdouble)
+    force_x, force_y, moment = loads
     to_input, to_output = _pin_arms(chain, angle)
     joints = [(i, (i + 1) % n) for i in range(n)]
     if torque is None:
@@ -116,11 +102,8 @@ def reference_accelerations(
 def _pin_arms(chain, angle):
     """Vectors mass centre -> input pin and mass centre -> output pin, inertial frame, (n, 2) each, m."""
     cos, sin = np.cos(angle), np.sin(angle)
-    centre_x = cos * chain.com_x - sin * chain.com_y
-    centre_y = sin * chain.com_x + cos * chain.com_y
-    to_input = np.stack([-centre_x, -centre_y], axis=1)
-    to_output = np.stack([cos * chain.length - centre_x, sin * chain.length - centre_y], axis=1)
-    return to_input, to_output
+    centre = np.stack([cos * chain.com_x - sin * chain.com_y, sin * chain.com_x + cos * chain.com_y], axis=1)
+    return -centre, chain.length[:, None] * np.stack([cos, sin], axis=1) - centre
 
 
 def _pin_jacobian(arm):
@@ -135,8 +118,7 @@ def _solve_symmetric(matrix, rhs):
         # kg, kg m2 and m are mixed in the matrix: bring every row and column to order one.
         scale /= np.sqrt(np.max(np.abs(matrix * scale * scale[:, None]), axis=1))
     scale = np.exp2(np.rint(np.log2(scale)))  # powers of two: scaling rounds nothing
-    matrix = matrix * scale * scale[:, None]
-    rhs = rhs * scale
+    matrix, rhs = matrix * scale * scale[:, None], rhs * scale
     inverse = np.linalg.inv(matrix.astype(float))
     solution = np.zeros_like(rhs)
     for _ in range(1 + _REFINEMENTS):

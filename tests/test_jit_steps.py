@@ -10,16 +10,12 @@ from trackdyn.simulation.loop import Loop
 
 # together they run every kernel
 SCENES = {
-    "default": {},
-    "compliant cut": {"closure": "elastic_damping"},
-    "every link": {"every_link": True},
-    "single pin": {"chain": "single_pin", "ring_radius": None},
-    "sprung": {"tension": "sprung", **LAWS},
-    "coulomb": {"drag": "coulomb", "tooth_contact": "three_surfaces"},
+    "default": {}, "compliant cut": {"closure": "elastic_damping"}, "every link": {"every_link": True},
+    "single pin": {"chain": "single_pin", "ring_radius": None}, "sprung": {"tension": "sprung", **LAWS},
+    "coulomb": {"drag": "coulomb", "tooth_contact": "three_surfaces"}, "rk4": {"integrator": "rk4", **LAWS},
     "linearly implicit": {"integrator": "linearly_implicit", **LAWS},
-    "rk4": {"integrator": "rk4", **LAWS},
     "spatial": {"space": "spatial", "tension": "locked", **LAWS},
-}
+}  # fmt: skip
 DAHL = {"ring_contact__friction_law": "dahl", "ring_contact__shear_stiffness": 5e4}
 SCENES |= {f"dahl {name}": SCENES[name] | {"rig": DAHL} for name in ("default", "linearly implicit")}
 TEN_STEPS = """

@@ -41,13 +41,11 @@ COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrat
     "inputs": {"numpy", "psutil", "pydantic", "pydantic_core", "yaml"},
     "rig": {"numpy", "scipy", "pandas", "pydantic"},
 }
+PAGES = {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"}
 CORNERS = {  # a library, and the only rooms that may import it
-    "matplotlib": {"trackdyn.plots", "trackdyn.fieldtest", "trackdyn_replication.report", "laboratory.report"},
-    "jinja2": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
-    "plotly": {"trackdyn.plots", "trackdyn_replication.report", "laboratory.report"},
-    "exudyn": {"trackdyn_replication.peers"},
-    "snakemake": set(),
-}
+    "matplotlib": PAGES | {"trackdyn.fieldtest"}, "jinja2": PAGES, "plotly": PAGES,
+    "exudyn": {"trackdyn_replication.peers"}, "snakemake": set(),
+}  # fmt: skip
 
 
 def imports_of(path, everywhere=True):
@@ -64,7 +62,7 @@ def imports_of(path, everywhere=True):
 def top_level(tree):
     """Statements that run when a module is imported."""
     for node in ast.iter_child_nodes(tree):
-        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             yield node
             yield from top_level(node)
 
@@ -103,6 +101,7 @@ def room_of(module):
 def test_a_module_imports_only_lower_ones(module):
     package, room = room_of(module)
     rooms = ROOMS[package]
+    assert room in rooms
     for name in imports_of(MODULES[module]):
         other, theirs = room_of(name)
         if other == package:
@@ -114,13 +113,6 @@ def test_a_module_imports_only_lower_ones(module):
             assert other not in CORNERS or f"{package}.{room}" in CORNERS[other], name
             allowed = COMPUTING.get(room) if package == "trackdyn" else None
             assert allowed is None or other in allowed | sys.stdlib_module_names, name
-
-
-def test_every_room_is_there():
-    assert {package: {*rooms} for package, rooms in ROOMS.items()} == {
-        package: {room for module in MODULES for owner, room in [room_of(module)] if owner == package}
-        for package in FOLDERS
-    }
 
 
 def test_no_module_imports_itself_by_a_detour():

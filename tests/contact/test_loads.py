@@ -7,7 +7,7 @@ from tests.conftest import recorded
 from tests.kinematics import ContactList, closed_rates, mass_centres, without_extrapolation
 from trackdyn.contact.laws import closest_point, elastic_force, friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
-from trackdyn.model.arrays import FLANK, components
+from trackdyn.model.arrays import FLANK, RING, SURFACE, components
 
 
 @pytest.fixture(params=[None, 0.303, 0.308])
@@ -49,15 +49,13 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     model, state, work = loop
     still(state, (-2.0, -0.3, 1.5))
     refresh(model, state, work)
-    for wheel in range(3):
-        law, rate, touched = wheel_law(model.wheels, wheel), state.wheel_rate[wheel], ContactList(work, wheel)
-        links = np.flatnonzero(touched.kind != FLANK)
-        assert len(links) > 0 or not model.wheels.present[wheel]
-        for k in links:
-            surface = rate * touched.surface[k]
-            speed = np.hypot(*surface)
-            expected = friction_coefficient(law, speed) * touched.force[k]
-            np.testing.assert_allclose(touched.friction[k], expected * surface / speed, atol=1e-9 * expected)
+    touched = ContactList(work, kinds=(RING, SURFACE))
+    assert set(touched.wheel) == set(np.flatnonzero(model.wheels.present))
+    surface = state.wheel_rate[touched.wheel, None] * touched.surface
+    for wheel, force, friction, velocity in zip(touched.wheel, touched.force, touched.friction, surface, strict=True):
+        speed = np.hypot(*velocity)
+        expected = friction_coefficient(wheel_law(model.wheels, wheel), speed) * force
+        np.testing.assert_allclose(friction, expected * velocity / speed, atol=1e-9 * expected)
 
 
 def test_normal_velocity_is_that_of_the_gap(loop):
@@ -67,36 +65,29 @@ def test_normal_velocity_is_that_of_the_gap(loop):
     still(state, 0.0, velocity)
     state.wheel_impact[:] = 0.0
     refresh(model, state, work)
-    touched = ContactList(work)
-    links = np.flatnonzero(touched.kind != FLANK)
-    for k in links:
-        body, wheel, spoke = touched.body[k], touched.wheel[k], touched.spoke[k]
-        normal = touched.normal[k] / touched.force[k] if touched.force[k] else spoke / np.hypot(*spoke)
-        speed, law = -normal @ velocity, wheel_law(model.wheels, wheel)
-        depth = model.wheels.radius[wheel] - np.hypot(*spoke)
+    touched = ContactList(work, kinds=(RING, SURFACE))
+    for body, wheel, spoke in zip(touched.body, touched.wheel, touched.spoke, strict=True):
+        distance, law, radius = np.hypot(*spoke), wheel_law(model.wheels, wheel), model.wheels.radius[wheel]
+        speed = -spoke @ velocity / distance  # links push along the spoke
         factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
-        expected = elastic_force(law, depth, model.wheels.radius[wheel])[0] * factor
+        expected = elastic_force(law, radius - distance, radius)[0] * factor
         # the depth, some 1e-4 m, is here the difference of radii of 0.3 m; shallow contacts to 1e-6 N
         assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7, abs=1e-6)
-    assert len(links) > 3
+    assert len(touched.body) > 3
 
 
 def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
     model, state, work = loop
-    centre = mass_centres(model.chain, state)
-    radius = model.tooth.arc_radius
-    touched = ContactList(work)
-    flanks = np.flatnonzero(touched.kind == FLANK)
-    assert len(flanks) > 0
-    for k in flanks:
-        body = touched.body[k]
-        pins = np.array([[work.pin_x[i], work.pin_y[i]] for i in (body, body + 1)])
-        offset = centre[body] + touched.arm[k] - pins
+    radius, touched = model.tooth.arc_radius, ContactList(work, kinds=(FLANK,))
+    assert len(touched.body) > 0
+    points = mass_centres(model.chain, state)[touched.body] + touched.arm
+    for body, point, normal, force in zip(touched.body, points, touched.normal, touched.force, strict=True):
+        offset = point - np.column_stack([work.pin_x, work.pin_y])[body : body + 2]
         distance = np.hypot(*offset.T)
         nearest = np.argmin(np.abs(distance - radius))
         assert distance[nearest] == pytest.approx(radius, abs=1e-12)
         # opposite to the normal: the tooth pushes the pin away from the point
-        assert -(touched.normal[k] @ offset[nearest]) == pytest.approx(touched.force[k] * radius, rel=1e-9, abs=1e-12)
+        assert -(normal @ offset[nearest]) == pytest.approx(force * radius, rel=1e-9, abs=1e-12)
 
 
 def test_foot_is_the_nearest_point_of_the_link():

@@ -139,7 +139,7 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
         assert set(state.tooth_impact[state.tooth_impact > 0]) == {model.tooth.law.speed_floor}
 
 
-def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
+def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial, make_scene):
     def guides(offset, speed):
         work, space = evaluate(*make_spatial("tangential", motion=(offset, speed, 0.0, 0.0)))
         return ContactList(work, kinds=(GUIDE,), axes="xyz"), space
@@ -154,9 +154,7 @@ def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
     np.testing.assert_allclose(guides(-0.0055, -0.1)[0].normal[:, 2], 600.0, rtol=1e-9)
     # leaving at 1 m/s the damper would pull with 1000 N
     assert (guides(0.0055, -1.0)[0].normal[:, 2] == 0.0).all()
-
-
-def test_a_sprocket_without_teeth_or_ring_has_no_guides(make_scene):
+    # a sprocket without teeth or ring has none
     toothed = make_scene(ring_radius=None, space="spatial")
     assert toothed.with_(tooth_contact="none").model.space.guide_reach[SPROCKET] == 0.0
     assert toothed.model.space.guide_reach[SPROCKET] > 0.3

@@ -133,14 +133,11 @@ def test_a_rig_has_a_load_that_a_scene_takes_and_a_recording_keeps(tmp_path):
     assert loaded.scene.load == 1500.0 and "load of 1500 N" in loaded.origin
 
 
-def test_a_load_where_nothing_brakes_is_refused(bench):
+def test_a_load_where_nothing_brakes_or_that_friction_does_not_carry_is_refused(bench):
     refused(Scene, bench, 5.0, load=LOAD, start="scene: load = 2000.0: its brake fades", words=["idler", "rev/min"])
     assert Scene(bench, 0.0, load=LOAD).load == LOAD  # at rest, to be driven later
     refused(Scene, bench, 115.0, load=LOAD, **BELT, start="scene: load = 2000.0: a belt is a path without forces")
-
-
-def test_a_load_that_friction_does_not_carry_is_refused():
-    """Belt friction of 0.5 half around carries ``2 T tanh(0.5 pi / 2)``, 6.6 kN at T = 5 kN, which may rise by half."""
+    # belt friction of 0.5 half around carries 2 T tanh(0.5 pi / 2), 6.6 kN at T = 5 kN, which may rise by half
     bench = load_rig("bench")
     held, sliding = (Scene(bench, 115.0, load=load, lead_in=0.5, duration=0.5) for load in (5e3, 1.2e4))
     words = ["friction holds", "the chain slides over the idler", "tension.pre_tension", "wheel_contact"]

@@ -73,13 +73,10 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
     refused(loop.check_meshing, match="mm inside a tooth")
 
 
-def test_the_step_is_checked_at_the_tension_of_the_settled_loop(make_scene):
+def test_the_step_follows_the_tension_of_the_settled_loop(make_scene):
+    """A default one, also at another speed, is never refused."""
     scene = make_scene(115.0, ring_radius=LARGE, step=1e-3 / 6)  # the pre-tension allows it
     refused(Loop, scene, match=r"step = 0.000166\d*: .* at a tension of 1\.\d+e\+04 N")
-
-
-def test_a_default_step_follows_the_tension():
-    """It is the one of the settled loop, also at another speed, and is never refused."""
     rig = load_rig("parts").changed(chain__link_mass=6.0)  # light links bear small steps
     scene = Scene(rig, 115.0, LARGE)
     loop = Loop(scene)

@@ -153,17 +153,9 @@ def test_a_code_of_two_columns_is_asked_for(tmp_path):
     refused(read_sensor, path, load_mapping(group="2"), words=words)
     np.testing.assert_allclose(read_sensor(path, load_mapping(group="1")).ay, -AY)
     refused(read_sensor, path, load_mapping(group="node=3"), words=["no row has it"])
-
-
-def test_a_group_within_a_group_is_named_in_full(tmp_path):
-    path = written(tmp_path / "record.csv", FORMS["a kind within a node"][0].replace(",y\n", ",ay_g\n"))
+    # a group within a group is named in full
+    path = written(path, FORMS["a kind within a node"][0].replace(",y\n", ",ay_g\n"))
     refused(read_sensor, path, load_mapping(group="node=2"), words=["`group: 'node=2,kind=ACC'`, or"])
-
-
-def test_stamps_in_ms_of_another_rate_do_not_count_the_rows():
-    t = np.round(np.arange(5000) / 0.9989)
-    record = read_sensor(pd.DataFrame({"time": t, "ay_g": np.sin(0.007 * t)}))
-    assert record.rate == pytest.approx(998.9, rel=1e-5)
 
 
 @pytest.mark.parametrize(("value", "zero"), [(0, 0), (-1, 0), (0, 512)])
@@ -179,8 +171,11 @@ def test_errors_of_a_bus_within_the_range_are_doubted(value, zero, every):
     assert not record.doubts and record.ay.size < 4000
 
 
-def test_an_index_of_rows_is_no_time():
+def test_an_index_of_rows_is_no_time_and_stamps_in_ms_are():
     """A table of every fifth row keeps their numbers; one whose index is also a column has it once."""
+    t = np.round(np.arange(5000) / 0.9989)
+    record = read_sensor(pd.DataFrame({"time": t, "ay_g": np.sin(0.007 * t)}))
+    assert record.rate == pytest.approx(998.9, rel=1e-5)
     frame = pd.DataFrame({"t_s": T, "ay_g": AY})
     assert read_sensor(frame.set_index("t_s", drop=False)).rate == pytest.approx(125)
     frame.index = 5.0 * np.arange(T.size)
@@ -227,13 +222,10 @@ def test_several_marks_are_none_of_the_signal():
     assert np.abs(read_sensor(frame.assign(ay_mg=np.where(np.abs(ay) > 5000, np.nan, ay)), LONGEST).ay).max() < 2
 
 
-def test_a_signal_that_wraps_is_doubted():
+def test_a_signal_that_wraps_is_doubted_and_one_of_equal_values_is_not():
+    """In steps of 4 mg a slow wave keeps its value for tens of rows of 25.6 kHz, which last 3 ms."""
     (doubt,) = read_sensor(pd.DataFrame({"t_s": T, "ay_g": np.round((AY + 0.6) % 1.2 - 0.6, 4)})).doubts
     assert "wraps at the end of its range" in doubt
-
-
-def test_equal_values_of_a_fast_record_are_not_a_sensor_that_hangs():
-    """In steps of 4 mg a slow wave keeps its value for tens of rows of 25.6 kHz, which last 3 ms."""
     t = np.arange(60_000) / 25_600
     ay = np.round(np.sin(7 * t) / 0.004) * 0.004 + 0.004 * (np.arange(t.size) % 2) * (np.abs(np.cos(7 * t)) > 0.05)
     assert not read_sensor(pd.DataFrame({"t_s": t, "ay_g": ay})).doubts

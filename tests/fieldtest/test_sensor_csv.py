@@ -378,7 +378,6 @@ STAMPS = {
     "two digits": ("%d.%m.%y %H:%M:%S.%f", "2024-05-30T10:00:00"),
     "over the end of a month": ("%d/%m/%Y %H:%M:%S.%f", "2024-05-31T23:59:57"),
     "month by name": ("%d-%b-%Y %H:%M:%S.%f", "2024-04-30T23:59:57"),
-    "slashes, year first": ("%Y/%m/%d %H:%M:%S.%f", "2024-04-30T23:59:57"),
     "over midnight": ("%H:%M:%S.%f", "2024-05-01T23:59:57"),
     "half a day without date": ("%I:%M:%S.%f %p", "2024-05-01T11:59:57"),
     "minutes": ("%M:%S.%f", "2024-05-01T10:20:00"),

@@ -7,7 +7,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def belt_file(rig, tmp_path_factory):
     path = tmp_path_factory.mktemp("belt") / "short.npz"
     belt_recording(Scene(rig, 115.0, **BELT, duration=0.5)).save(path)

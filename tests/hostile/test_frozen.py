@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.conftest import refused, written
+from tests.conftest import refused
 from trackdyn import Rig, Scene, load_recording, load_rig
 
 
@@ -63,10 +63,3 @@ def test_an_assignment_is_refused_with_a_remedy(rig):
         refused(call, words=words)
     assert rig.model_copy(update={"gravity": 1.62}).gravity == 1.62 and rig.model_copy() == rig
     assert scene.model_copy(update={"motor_rpm": 120.0}) == Scene(rig, 120.0)
-
-
-def test_a_rig_file_of_odd_characters_is_refused(tmp_path):
-    zero = written(tmp_path / "r.yaml", 'like: "a\\0b"\n')
-    refused(load_rig, zero, words=["like = 'a\\x00b': must be the name of an included rig or of a file"])
-    arabic = written(tmp_path / "s.yaml", "like: paper\nchain: {link_length: '\u0660.\u0661 m'}\n")
-    refused(load_rig, arabic, words=["link_length"])

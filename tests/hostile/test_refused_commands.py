@@ -30,44 +30,30 @@ COMMANDS = [
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),
     (f"simulate {'x' * 300}.npz", "cannot be written (File name too long)"),
-    ("simulate run.npz --rig /dev/zero", "/dev/zero: is a pipe or a device, not a file"),
     ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
-    ("compare absent.npz plain", "absent.npz: no such file"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
     ("compare short.npz short.npz", "short.npz: this is a recording, not a table in text; give the sensor's file"),
-    ("show .", ".: is a folder"),
     ("show short.npz --out run.pdf", "the name must end in .html"),
     ("export short.npz run.txt", "OUT = 'run.txt': the name must end in .csv or .mat"),
     ("export short.npz run.csv --pitch 1", "pitch = 1: was not recorded; the recording has none; a belt has no"),
     ("export short.npz run.csv --sensor rear", "sensor = 'rear': the recording has 'sensor'"),
     ("export short.npz run.csv --contacts", "contacts: the recording has no log of them"),
     ("export short.npz run.mat --contacts --sensor sensor", "--sensor sensor: contacts are of pitches"),
-    ("export absent.npz run.csv", "absent.npz: no such file"),
-    ("export plain run.csv", "plain: not a trackdyn recording"),
     ("simulate run.npz --tolerance 2", "tolerance = '2': must be between 0 and 1"),
     ("simulate run.npz --tolerance 2% --rpm 0", "motor_rpm = 0: passages need a loop that turns"),
     ("ring bench --rpm 115,x", "--rpm = 'x': must be finite numbers"),
-    ("ring bench --rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
     ("ring bench --rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
     ("ring bench --rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
-    ("ring bench --rpm 0", "motor_rpm = 0"),
     # of a variable of the shell that is not set
     *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
-    ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
     ("compare sensor.csv short.npz", "sensor.csv: not a trackdyn recording, or damaged; give the path of a whole one"),
 ]
-# files that a command reads
-WRITTEN = {
-    "arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n",
-    "sensor.csv": "time,ay\n0,1\n",
-}
 
 
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
 def test_a_command_ends_with_one_line_and_code_1(folder, row):
     line, *words = row
-    for name, text in WRITTEN.items():
-        written(Path(name), text)
+    written(Path("sensor.csv"), "time,ay\n0,1\n")
     before = sorted(folder.rglob("*"))
     done = run_command(*line.split())
     assert done.code == 1 and done.err.startswith("trackdyn: ") and len(done.err.splitlines()) == 1, done.err[:2000]

@@ -10,14 +10,14 @@ from trackdyn.simulation.loop import Loop
 STEP = 1e-4
 
 
-@pytest.fixture(scope="module")
-def logged(make_scene):
-    """Function that logs the interval of an arc with these forces from step to step."""
+def test_a_peak_between_two_steps_is_found(make_scene):
+    """A half sine of nine steps a period: of the 6 % that the steps miss 0.7 % are left, at any phase."""
     _, state, work, _ = Loop(make_scene(115.0, ring_radius=None)).arrays
     work.candidates.count[2] = 1  # every arc is looked at
     work.tooth_force[:], work.wheel_force[:] = 0.0, 0.0
 
-    def log(forces):
+    def logged(forces):
+        """Interval of an arc with these forces from step to step."""
         contact_log = make_record(1, state, 1, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
             work.tooth_force[4] = force
@@ -25,11 +25,6 @@ def logged(make_scene):
         assert contact_log.count[0] == 1
         return contact_log.rows[0]
 
-    return log
-
-
-def test_a_peak_between_two_steps_is_found(logged):
-    """A half sine of nine steps a period: of the 6 % that the steps miss 0.7 % are left, at any phase."""
     omega = 2 * np.pi / (9 * STEP)
     missed = []
     for phase in np.linspace(0.02, 0.98, 13):
@@ -42,9 +37,7 @@ def test_a_peak_between_two_steps_is_found(logged):
         assert interval["impulse_ns"] == pytest.approx(forces.sum() * STEP)
         assert interval["end_s"] - interval["start_s"] == pytest.approx(len(forces) * STEP)
     assert max(missed) > 0.05 and np.mean(missed) == pytest.approx((omega * STEP) ** 2 / 24, rel=0.1)
-
-
-def test_a_peak_that_the_steps_do_not_resolve_is_the_largest_step(logged):
+    # one that the steps do not resolve is the largest step
     for forces in ([9.0, 4.0, 3.0], [1.0, 9.0, 8.0], [3.0, 5.0, 9.0], [7.0, 7.0, 7.0], [9.0]):
         interval = logged(forces)
         assert interval["peak_n"] == max(forces) and interval["peak_s"] == 2.0 + forces.index(max(forces)) * STEP

@@ -35,17 +35,13 @@ def test_neighbouring_arcs_meet_with_a_common_tangent(groove):
     np.testing.assert_allclose(last[:-1], first[1:], rtol=0, atol=EXACT)
 
 
-def test_table_1_is_mirror_symmetric(groove):
+def test_table_1_is_mirror_symmetric_from_tooth_line_to_tooth_line(groove):
     for points in (groove.centre, groove.direction):
         np.testing.assert_array_equal(points[::-1], points * [-1, 1])
     for numbers in (groove.radius, groove.half_angle):
         np.testing.assert_array_equal(numbers[::-1], numbers)
     assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
-
-
-def test_tip_lies_on_the_addendum_circle_and_on_the_tooth_line(groove):
-    profile = groove.profile(400)
-    half = pi / groove.teeth
+    profile, half = groove.profile(400), pi / groove.teeth
     np.testing.assert_allclose(profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT)
     assert np.hypot(*profile.T).max() <= groove.addendum + EXACT
 

@@ -1,5 +1,6 @@
 """Shipped rigs settled, and after a second of running, made once."""
 
+from functools import cache
 from math import ceil
 
 import pytest
@@ -21,11 +22,5 @@ def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
 
 @pytest.fixture(scope="session")
 def settled():
-    loops = {}
-
-    def make(name):
-        if name not in loops:
-            loops[name] = Loop(scene_of(load_rig(name)))
-        return loops[name].copy()
-
-    return make
+    loops = cache(lambda name: Loop(scene_of(load_rig(name))))
+    return lambda name: loops(name).copy()

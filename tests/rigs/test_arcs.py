@@ -42,7 +42,10 @@ def test_arcs_that_do_not_fit_are_refused(rig):
     ):  # fmt: skip
         arcs = fitting.copy()
         arcs[row, column] += change
-        refused(groove_of_arcs, arcs, rig.sprocket.teeth, match=word)
+        refused(groove_of_arcs, arcs, rig.sprocket.teeth, words=[word])
+    in_mm, narrow = ToothProfile(arcs=fitting * [1e3, 1e3, 1e3, 1]), ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]])
+    refused(rig.changed, groove=None, profile=in_mm, words=["profile lies ", " in m, not in mm"])
+    refused(narrow.groove, 10, 0.1, match=r"concave area of radius 0\.0\d+ m; it must be wider than")
 
 
 def test_one_arc_a_groove_gets_a_tip_that_is_tangent_to_it():
@@ -52,14 +55,3 @@ def test_one_arc_a_groove_gets_a_tip_that_is_tangent_to_it():
         assert groove.profile()[:, 1].min() == pytest.approx(height - radius, abs=1e-12)
         assert np.abs([groove.arc(j, 2)[-1] - groove.arc(j + 1, 2)[0] for j in range(1, 4)]).max() < 1e-9
     refused(ToothProfile(arcs=[[0.0, 0.3, 0.089, 1]]).groove, 10, match="one row, which must be a concave arc")
-
-
-def test_lengths_in_mm_are_named_by_the_size_of_the_sprocket(rig):
-    arcs = (arcs_of(rig.groove_profile) * [1e3, 1e3, 1e3, 1]).tolist()
-    words = ["profile lies ", " in m, not in mm"]
-    refused(rig.changed, groove=None, profile=ToothProfile(arcs=arcs), words=words)
-
-
-def test_arcs_that_connectors_do_not_fit_into_are_refused():
-    narrow = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]])
-    refused(narrow.groove, 10, 0.1, match=r"concave area of radius 0\.0\d+ m; it must be wider than")

@@ -38,11 +38,7 @@ def test_the_head_of_a_rig_lists_the_values_that_no_part_can_have():
     outside = parameter_table("paper").set_index("name")["outside"]
     head = shipped_rigs()["paper"].read_text(encoding="utf-8").partition("gravity:")[0]
     assert all(name in head for name in outside.index[outside != ""])
-
-
-@pytest.mark.parametrize("name", ["bench", "m113", "parts", "robot", "vehicle"])
-def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
-    assert outside_ranges(name) == []
+    assert not any(map(outside_ranges, ("bench", "m113", "parts", "robot", "vehicle")))
 
 
 # directions belong to the wheels, sizes to one chain, materials to all chains

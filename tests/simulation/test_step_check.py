@@ -79,19 +79,12 @@ def test_a_record_that_flips_and_holds_with_a_finer_step_completes_with_a_reason
     assert resolved.state == NO and "it flips, and with a finer step RMS differs by " in resolved.reason
 
 
-def test_a_trial_halves_until_the_answer_holds(running):
-    step, tried = try_steps(running, 115.0)
-    assert step == tried[-2] and tried[0] == 1e-4
-    assert running.time == 0.0
-
-
-def test_no_step_is_tried_at_a_speed_that_takes_too_many(rig):
-    report = check(rig, 1e5)
+def test_a_trial_halves_until_the_answer_holds_or_finds_none(running, rig, monkeypatch):
+    """With a judge whose second step holds with the third, at the same bound for RMS and peaks; or none does."""
+    report = check(rig, 1e5)  # a speed that takes too many steps
     assert not report.tried_steps_s and np.isnan(report.step_s) and report.largest_step_s < 1e-4
-
-
-def test_a_trial_asks_the_judge_of_steps_and_may_find_none(running, monkeypatch):
-    """The second step holds with the third, at the same bound for RMS and peaks; or none does."""
+    step, tried = try_steps(running, 115.0)
+    assert step == tried[-2] and tried[0] == 1e-4 and running.time == 0.0
     made = iter([Difference(0.0, 0.011), Difference(0.009, 0.009)])
     monkeypatch.setattr(RunStatistics, "difference", lambda *_: next(made, Difference(0.02, 0.0)))
     step, tried = try_steps(running, 115.0)
