@@ -22,20 +22,17 @@ VERSION_1 = {
 IN_CONTAINER = {name.replace("/job/", "/"): text for name, text in list(VERSION_1.items())[:3]}
 
 
-@pytest.mark.parametrize(
-    ("files", "membership", "free"),
-    [
-        (VERSION_2, "0::/job/step", 1.6e9),
-        (VERSION_2, "0::/", MACHINE),
-        (VERSION_1, "3:cpu,cpuacct:/job\n4:memory:/job\n0::/", 0.75e9),
-        (IN_CONTAINER, "4:memory:/docker/0123", 0.75e9),  # the host's name of the container's top
-        (VERSION_1, "3:cpu:/job", MACHINE),
-        ({**VERSION_2, "job/memory.current": "3000000000"}, "0::/job", 0),
-        ({**VERSION_2, "job/memory.max": "damaged"}, "0::/job", MACHINE),
-        ({}, "0::/job", MACHINE),
-        ({}, "no control groups", MACHINE),
-    ],
-)
+@pytest.mark.parametrize(("files", "membership", "free"), [
+    (VERSION_2, "0::/job/step", 1.6e9),
+    (VERSION_2, "0::/", MACHINE),
+    (VERSION_1, "3:cpu,cpuacct:/job\n4:memory:/job\n0::/", 0.75e9),
+    (IN_CONTAINER, "4:memory:/docker/0123", 0.75e9),  # the host's name of the container's top
+    (VERSION_1, "3:cpu:/job", MACHINE),
+    ({**VERSION_2, "job/memory.current": "3000000000"}, "0::/job", 0),
+    ({**VERSION_2, "job/memory.max": "damaged"}, "0::/job", MACHINE),
+    ({}, "0::/job", MACHINE),
+    ({}, "no control groups", MACHINE),
+])  # fmt: skip
 def test_the_limit_of_a_control_group_counts(tmp_path, monkeypatch, files, membership, free):
     for name, text in files.items():
         (tmp_path / "groups" / name).parent.mkdir(parents=True, exist_ok=True)

@@ -33,15 +33,12 @@ def test_help_and_lists_load_no_numerical_library(line):
 BELT = "--choose chain=belt --ring-radius none --duration 12 --quiet"
 
 
-@pytest.mark.parametrize(
-    ("line", "code"),
-    [
-        ("new rig.yaml", 0), (f"simulate run.npz {BELT}", 0), ("simulate run.npz --rpm 1e9", 1), ("check nothing", 1),
-        ("simulate run.npz --step 1e-2", 1), ("simulate run.txt", 1), ("simulate run.npz --rig nothing", 1),
-        ("show nothing.npz", 1), ("sweep nothing.csv --out out.csv", 1), ("ring . --rpm x", 1),
-        ("compare nothing.npz nothing.csv", 1),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "code"), [
+    ("new rig.yaml", 0), (f"simulate run.npz {BELT}", 0), ("simulate run.npz --rpm 1e9", 1), ("check nothing", 1),
+    ("simulate run.npz --step 1e-2", 1), ("simulate run.txt", 1), ("simulate run.npz --rig nothing", 1),
+    ("show nothing.npz", 1), ("sweep nothing.csv --out out.csv", 1), ("ring . --rpm x", 1),
+    ("compare nothing.npz nothing.csv", 1),
+])  # fmt: skip
 def test_a_command_without_kernels_loads_no_compiler(tmp_path, monkeypatch, line, code):
     monkeypatch.chdir(tmp_path)
     ended = f"try: exec({ENTRY!r})\nexcept SystemExit as end: code = end.code or 0\nelse: code = 0"
@@ -50,13 +47,10 @@ def test_a_command_without_kernels_loads_no_compiler(tmp_path, monkeypatch, line
     assert not modules & {"numba", "llvmlite"}
 
 
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}",
-        "from trackdyn import InputError",
-    ],
-)
+@pytest.mark.parametrize("code", [
+    "import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}",
+    "from trackdyn import InputError",
+])  # fmt: skip
 def test_the_package_is_imported_without_its_libraries(code):
     assert not loaded(code)[0] & {*HEAVY, "numpy", "pydantic", "yaml"}
 

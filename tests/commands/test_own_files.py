@@ -93,16 +93,13 @@ def test_a_file_belongs_to_its_command_also_where_it_is_killed_while_it_takes_it
 
 
 # words of the command and others in their place, and whether its files may be replaced by those
-OTHER_WORDS = [
+@pytest.mark.parametrize(("old", "new", "same"), [
     ("a.yaml", "b.yaml", False), ("115,210", "115", False), ("115,210", "115,211", False),
     ("0.302,0.304", "0.302", False), ("0.302,0.304", "0.302,0.305", False), ("-q", "--step=1e-4", False),
     ("115,210", "210,115.0", True), ("115,210", "115:210:2", True), ("115,210", "1.15e2,210,210", True),
     ("0.302,0.304", "0.304,0.3020", True), ("f", "./f/../f/", True), ("f", "{folder}/f", True), ("f", "link", True),
     ("a.yaml", "./a.yaml", True), ("a.yaml", "{folder}/a.yaml", True), ("a.yaml", "copy.yaml", True),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("old", "new", "same"), OTHER_WORDS)
+])  # fmt: skip
 def test_a_folder_belongs_to_its_study_however_it_is_spelled(folder, old, new, same):
     """A study of another rig, or with fewer radii, took the place of a study without a word."""
     assert run_command(*RING).code == 0
@@ -127,13 +124,10 @@ def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is
 SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
 
 
-OTHER_SWEEPS = [
+@pytest.mark.parametrize(("old", "new", "same"), [
     ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
     ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("old", "new", "same"), OTHER_SWEEPS)
+])  # fmt: skip
 def test_results_of_a_sweep_are_replaced_by_those_of_the_same_design_and_rig(folder, old, new, same):
     assert run_command(*SWEEP).code == 0
     written(Path("e.csv"), "motor_rpm\n210\n")

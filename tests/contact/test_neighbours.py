@@ -45,14 +45,11 @@ def missed(loop):
     return np.count_nonzero(reached & ~listed) + np.count_nonzero(touching & ~listed_links), count
 
 
-SCENES = [
+@pytest.mark.parametrize("fields", [
     {"motor_rpm": 210.0, "ring_radius": None}, {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
     {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
     {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("fields", SCENES, ids=lambda fields: "-".join(map(str, fields.values())))
+], ids=lambda fields: "-".join(map(str, fields.values())))  # fmt: skip
 def test_no_contact_is_missed(make_scene, fields):
     loop = Loop(make_scene(**fields))
     rng = np.random.default_rng(0)

@@ -21,7 +21,7 @@ def refusal(rig):
     return lambda changes=(), **fields: refused(lambda: Scene(rig.changed(**dict(changes)), 115.0, **fields))
 
 
-CONTRADICTIONS = [
+@pytest.mark.parametrize(("changes", "fields", "field", "remedy"), [
     ({}, {"friction": "independent"}, "friction = 'independent'", "use 'tangential', or space='spatial'"),
     (TOE, {"space": "planar"}, "space = 'planar'", "idler.toe = 0.5 moves the chain out of its plane"),
     (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
@@ -31,10 +31,7 @@ CONTRADICTIONS = [
     ({}, {"chain": "belt", "contact_log": False}, "ring_radius = 0.308", "use None"),
     ({}, {"chain": "belt", "ring_radius": None}, "contact_log = True", "contact_log=False"),
     ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
-]
-
-
-@pytest.mark.parametrize(("changes", "fields", "field", "remedy"), CONTRADICTIONS)
+])  # fmt: skip
 def test_a_contradiction_is_refused_by_field_with_a_remedy(refusal, changes, fields, field, remedy):
     sentence = refusal(changes, **fields)
     assert f"scene: {field}" in sentence and remedy in sentence

@@ -107,13 +107,10 @@ def test_no_load_changes_no_byte(bench):
     assert changed.changed(load=0.0).model.wheels.torque[IDLER] == 0.0
 
 
-LOADS = {
+@pytest.mark.parametrize(("text", "expected"), {
     "1500 N": 1500.0, "1.5 kN": 1500.0, "1.5kN": 1500.0, "1.5e3N": 1500.0, "5 km": "unit 'km'", "-1 kN": "-1000",
     "1500": "has no unit", "much": "a number in N",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "expected"), LOADS.items())
+}.items())  # fmt: skip
 def test_a_load_may_be_text_in_a_rig_file(tmp_path, text, expected):
     path = written(tmp_path / "pulling.yaml", f"like: bench\nload: {text}\n")
     if isinstance(expected, str):

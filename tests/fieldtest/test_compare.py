@@ -105,19 +105,16 @@ def synthetic():
     return read_sensor("data/synthetic/210rpm.csv")
 
 
-@pytest.mark.parametrize(
-    ("read", "fits"),
-    [
-        ({"ax": "ax", "ay": "ay", "az": "az"}, ""),
-        ({"ax": "ax", "ay": "-ay", "az": "az"}, "`axes: {ay: ay_g}` "),
-        ({"ax": "-ax", "ay": "-ay"}, "`axes: {ay: ay_g, ax: ax_g}` "),
-        ({"ax": "ay", "ay": "ax", "az": "az"}, "`axes: {ay: ay_g, ax: ax_g}` "),
-        ({"ax": "ax", "ay": "az", "az": "ay"}, "`axes: {ay: ay_g}` "),
-        ({"ay": "ay"}, ""),
-        ({"ay": "-ay"}, "`axes: {ay: ay_g}` "),
-        ({"ay": "ax"}, "check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`)"),
-    ],
-)
+@pytest.mark.parametrize(("read", "fits"), [
+    ({"ax": "ax", "ay": "ay", "az": "az"}, ""),
+    ({"ax": "ax", "ay": "-ay", "az": "az"}, "`axes: {ay: ay_g}` "),
+    ({"ax": "-ax", "ay": "-ay"}, "`axes: {ay: ay_g, ax: ax_g}` "),
+    ({"ax": "ay", "ay": "ax", "az": "az"}, "`axes: {ay: ay_g, ax: ax_g}` "),
+    ({"ax": "ax", "ay": "az", "az": "ay"}, "`axes: {ay: ay_g}` "),
+    ({"ay": "ay"}, ""),
+    ({"ay": "-ay"}, "`axes: {ay: ay_g}` "),
+    ({"ay": "ax"}, "check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`)"),
+])  # fmt: skip
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
     compared = dict.fromkeys(("ax", "ay", "az"))
     for axis, name in read.items():
@@ -161,15 +158,12 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
     assert judge_axes(recording, replace(sensor, ay=signal.ay)) is None
 
 
-@pytest.mark.parametrize(
-    ("angle", "size", "words"),
-    [
-        (0, 0.5, "gravity turns with 0.5 of its size .* `scale: 4096`"),
-        (0, 2, "gravity turns with 2 of its size .* `scale: 16384`"),
-        (45, 1, "turned by 45 deg about z .* `turn: 45deg`"),
-        (-30, 2, "turned by 30 deg about z and gravity turns with 2 .* `turn: -30deg`.* `scale: 16384`"),
-    ],
-)
+@pytest.mark.parametrize(("angle", "size", "words"), [
+    (0, 0.5, "gravity turns with 0.5 of its size .* `scale: 4096`"),
+    (0, 2, "gravity turns with 2 of its size .* `scale: 16384`"),
+    (45, 1, "turned by 45 deg about z .* `turn: 45deg`"),
+    (-30, 2, "turned by 30 deg about z and gravity turns with 2 .* `turn: -30deg`.* `scale: 16384`"),
+])  # fmt: skip
 def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, words):
     signal, (c, s) = sense(recording), (np.cos(np.radians(angle)), np.sin(np.radians(angle)))
     ax, ay = size * (c * signal.ax - s * signal.ay), size * (c * signal.ay + s * signal.ax)

@@ -185,13 +185,10 @@ def test_an_index_of_rows_is_no_time_and_stamps_in_ms_are():
 
 
 @pytest.mark.parametrize("rows", [[30], [60, 61, 200], [30, 90, 150, 151]])
-@pytest.mark.parametrize(
-    ("mark", "unit", "options"),
-    [
-        (-32768, 1 / 2048, {"range": 16, "bits": 16}), (32767, 1 / 2048, {"scale": 2048}),
-        (-9999, 1e-3, {"unit": "mg"}), (65535, 1 / 512, {"scale": 512, "zero": 2048}), (-9999, 1.0, {"unit": "g"}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("mark", "unit", "options"), [
+    (-32768, 1 / 2048, {"range": 16, "bits": 16}), (32767, 1 / 2048, {"scale": 2048}),
+    (-9999, 1e-3, {"unit": "mg"}), (65535, 1 / 512, {"scale": 512, "zero": 2048}), (-9999, 1.0, {"unit": "g"}),
+])  # fmt: skip
 def test_values_far_from_all_others_are_no_samples(mark, unit, options, rows, tmp_path):
     values = np.round(AY / unit + options.get("zero", 0), 4 if unit == 1 else 0)
     values[rows] = mark
@@ -275,28 +272,22 @@ def test_a_record_that_begins_or_ends_at_rest_names_the_option_that_leaves_it_ou
     assert not record.doubts and record.ay.std() == pytest.approx(moving.std(), rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("still", "start", "words"),
-    [
-        (T < 1, 0, ("125 rows from line 2 to line 126", "`from: 1`")),
-        ((T < 1) | (T > 2.9), 1, ("37 rows from line 365 to line 401", "`to: 2.896`")),
-        ((T > 1.5) & (T < 2), 0, ("62 rows from line 190", "`from: 2` or `to: 1.496`")),
-    ],
-)
+@pytest.mark.parametrize(("still", "start", "words"), [
+    (T < 1, 0, ("125 rows from line 2 to line 126", "`from: 1`")),
+    ((T < 1) | (T > 2.9), 1, ("37 rows from line 365 to line 401", "`to: 2.896`")),
+    ((T > 1.5) & (T < 2), 0, ("62 rows from line 190", "`from: 2` or `to: 1.496`")),
+])  # fmt: skip
 def test_rows_of_a_sensor_that_hung_are_named(still, start, words, tmp_path):
     text = table("t_s,ay_g,ax_g", lambda k, t, a: f"{t:.3f},{0.0 if still[k] else a},{t % 0.3:.3f}")
     (doubt,) = read_sensor(written(tmp_path / "record.csv", text), load_mapping(start=start)).doubts
     assert all(word in doubt for word in words), doubt
 
 
-OPTIONS = {
+@pytest.mark.parametrize(("fields", "options"), {
     "`time: none, rate: HZ`": "--time none --rate HZ", "`axes: {ay: -NAME}`": "--axis ay=-NAME",
     "`axes: {ay: '#2'}`": "--axis 'ay=#2'", "`zero: {ay: 512, ax: 3}`": "--zero ay=512 --zero ax=3",
     "`resample: true`": "--resample", "`from: S`": "--from S", "`trackdyn simulate`": "`trackdyn simulate`",
     "`a: [`": "`a: [`",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("fields", "options"), OPTIONS.items())
+}.items())  # fmt: skip
 def test_fields_become_options(fields, options):
     assert as_options(f"give {fields}.") == f"give {options}."

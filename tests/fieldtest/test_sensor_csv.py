@@ -170,32 +170,29 @@ def test_senseless_options_and_a_large_file_are_refused_at_once(tmp_path, monkey
     refused(path, ["more than 0 MB"])
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        CLEAN + "\n\n",
-        CLEAN.replace("\n", "\r"), CLEAN.replace("\n", ",\n"), CLEAN.replace(",", ";"), CLEAN.replace(",", " "),
-        "# one\n# two, with commas; and more\n" + CLEAN,
-        *(CLEAN.encode(encoding) for encoding in ("utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32")),
-        CLEAN + ",,,\n,,,\n", CLEAN + "# end of record\n\n#\n", CLEAN + "\x1a",
-        CLEAN.replace(HEADER, HEADER + "\n" + "-" * 20), CLEAN.replace(HEADER, HEADER + "\nlogger ready"),
-        b"# B\xfcro\n" + CLEAN.encode(), CLEAN.replace("0.003,0.1000", '0.003,"0.1"'),
-        CLEAN.replace(HEADER, "T_s, AX_G ,'ay_g',\"Az_g\""), CLEAN.replace(HEADER, "# " + HEADER),
-        CLEAN.replace(HEADER, "Device;7\nRate;1000\n\n" + HEADER),
-        CLEAN.replace(HEADER, "t,ax,ay,az\ns,g,g,g"),
-        CLEAN.replace(HEADER, "Time (s),Acceleration x (g),Acceleration y (g),Acceleration z (g)"),
-        CLEAN.replace(",", ";").replace(".", ","), CLEAN.replace(",", "\t").replace(".", ","),
-        HEADER + "\n" + "".join('"' + r.replace(",", '","').replace(".", ",") + '"\n' for r in rows()),
-        "\n".join(",".join((f := r.split(","))[k] for k in (2, 0, 3, 1)) for r in [HEADER, *rows()]),
-        "\n".join([f"{HEADER},note", *(f"{row},shock" for row in rows())]),
-        "\n".join(f"{k}\t{r}" for k, r in zip(["", *range(6)], CLEAN.replace(",", "\t").splitlines(), strict=True)),
-        each(
-            6, lambda k: f"{k},0.981,{9.81 * (1.0 + 0.01 * k):.6f},-200",
-            "t_ms,ax_m/s^2,ay [m/s\N{SUPERSCRIPT TWO}],az_mg",
-        ),
-        CLEAN.replace("0.1000", "1e-1").replace("-0.2000", "-.2"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("content", [
+    CLEAN + "\n\n",
+    CLEAN.replace("\n", "\r"), CLEAN.replace("\n", ",\n"), CLEAN.replace(",", ";"), CLEAN.replace(",", " "),
+    "# one\n# two, with commas; and more\n" + CLEAN,
+    *(CLEAN.encode(encoding) for encoding in ("utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32")),
+    CLEAN + ",,,\n,,,\n", CLEAN + "# end of record\n\n#\n", CLEAN + "\x1a",
+    CLEAN.replace(HEADER, HEADER + "\n" + "-" * 20), CLEAN.replace(HEADER, HEADER + "\nlogger ready"),
+    b"# B\xfcro\n" + CLEAN.encode(), CLEAN.replace("0.003,0.1000", '0.003,"0.1"'),
+    CLEAN.replace(HEADER, "T_s, AX_G ,'ay_g',\"Az_g\""), CLEAN.replace(HEADER, "# " + HEADER),
+    CLEAN.replace(HEADER, "Device;7\nRate;1000\n\n" + HEADER),
+    CLEAN.replace(HEADER, "t,ax,ay,az\ns,g,g,g"),
+    CLEAN.replace(HEADER, "Time (s),Acceleration x (g),Acceleration y (g),Acceleration z (g)"),
+    CLEAN.replace(",", ";").replace(".", ","), CLEAN.replace(",", "\t").replace(".", ","),
+    HEADER + "\n" + "".join('"' + r.replace(",", '","').replace(".", ",") + '"\n' for r in rows()),
+    "\n".join(",".join((f := r.split(","))[k] for k in (2, 0, 3, 1)) for r in [HEADER, *rows()]),
+    "\n".join([f"{HEADER},note", *(f"{row},shock" for row in rows())]),
+    "\n".join(f"{k}\t{r}" for k, r in zip(["", *range(6)], CLEAN.replace(",", "\t").splitlines(), strict=True)),
+    each(
+        6, lambda k: f"{k},0.981,{9.81 * (1.0 + 0.01 * k):.6f},-200",
+        "t_ms,ax_m/s^2,ay [m/s\N{SUPERSCRIPT TWO}],az_mg",
+    ),
+    CLEAN.replace("0.1000", "1e-1").replace("-0.2000", "-.2"),
+])  # fmt: skip
 def test_harmless_variants_are_read(content, tmp_path):
     record = read_sensor(write(tmp_path / "record.csv", content))
     np.testing.assert_array_equal(record.time, np.arange(6) / 1000)
@@ -311,13 +308,10 @@ def stamped(path, t, decimals=None):
     return write(path, "t_s,ay_g\n" + "\n".join(rows) + "\n")
 
 
-ROUNDED = [
+@pytest.mark.parametrize(("rate", "start", "decimals"), [
     (998.9, 0, 6), (1000.9, 0, 3), (999.5, 0, 3), (1000.9, 0, 5), (1000, 3600, None), (2048, 3600, 4), (100, 0, 2),
     (20000, 7, 6),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("rate", "start", "decimals"), ROUNDED)
+])  # fmt: skip
 def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
     t = start + np.arange(60_000 if rate > 500 else 3000) / rate
     record = read_sensor(stamped(tmp_path / "record.csv", t, decimals))
@@ -337,17 +331,14 @@ def test_jitter_is_resampled_on_request_and_its_size_noted(tmp_path):
     assert np.abs(record.ay - expected).max() < 5e-5
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("unit: ft/s2", ("unit = 'ft/s2'", "'m/s2'")), ("rate: 50", ("rate = 50", "100")),
-        ("axis: {ay: 1}", ("axis", "spelling")), ("axes: {y: ch1}", ("axes.y",)), ("time: none", ("rate",)),
-        ("from: 5\nto: 5", ("to = 5", "after")), ("- 1", ("mapping",)), ("axes: [ay]", ("axes",)),
-        ("bits: 16", ("needs the range",)), ("{bits: 16, range: 16, scale: 2048}", ("give one of them",)),
-        ("{scale: 2048, unit: g}", ("give one of them",)), ("{bits: 99, range: 16}", ("bits = 99",)),
-        ("zero: {a: 1.0}", ("zero",)), ("zero: .inf", ("zero",)), ("axes: {ay: #3}\nunit: g", ("line", '"#3"')),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    ("unit: ft/s2", ("unit = 'ft/s2'", "'m/s2'")), ("rate: 50", ("rate = 50", "100")),
+    ("axis: {ay: 1}", ("axis", "spelling")), ("axes: {y: ch1}", ("axes.y",)), ("time: none", ("rate",)),
+    ("from: 5\nto: 5", ("to = 5", "after")), ("- 1", ("mapping",)), ("axes: [ay]", ("axes",)),
+    ("bits: 16", ("needs the range",)), ("{bits: 16, range: 16, scale: 2048}", ("give one of them",)),
+    ("{scale: 2048, unit: g}", ("give one of them",)), ("{bits: 99, range: 16}", ("bits = 99",)),
+    ("zero: {a: 1.0}", ("zero",)), ("zero: .inf", ("zero",)), ("axes: {ay: #3}\nunit: g", ("line", '"#3"')),
+])  # fmt: skip
 def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     path = write(tmp_path / "logger.yaml", text + "\n")
     conftest.refused(load_mapping, path, words=words, start=path)

@@ -103,19 +103,16 @@ sensors:
 SINGLE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, range: 20 g}"
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
-        ("rear:", "front:", "gives 'front' a second time"),
-        ("rear:", "Rear:", "sensors.'Rear' is not a valid name"),
-        ("body: connector", "body: wheel", "sensors.rear.body = 'wheel'"),
-        ("pitch: 20", "pitch: 20000", "rear.pitch = 20000 is not a pitch of this chain; 1 to "),
-        ("y: -0.01 m, rate: 1000 Hz", "y: -0.01 m, rate: 500 Hz", "rear.rate = 500 Hz: another sensor has 1000 Hz"),
-        (", range: 20 g}\n  rear", "}\n  rear", "sensors.front.range is missing"),
-        ("sensors:", "sensor: {source: tape, pitch: 3}\nsensors:", "sensors.sensor.x is missing"),
-        (FILE[FILE.index("  source") :], "  source: tape\n", "sensors is missing; a rig needs at least one"),
-    ],
-)
+@pytest.mark.parametrize(("before", "after", "words"), [
+    ("rear:", "front:", "gives 'front' a second time"),
+    ("rear:", "Rear:", "sensors.'Rear' is not a valid name"),
+    ("body: connector", "body: wheel", "sensors.rear.body = 'wheel'"),
+    ("pitch: 20", "pitch: 20000", "rear.pitch = 20000 is not a pitch of this chain; 1 to "),
+    ("y: -0.01 m, rate: 1000 Hz", "y: -0.01 m, rate: 500 Hz", "rear.rate = 500 Hz: another sensor has 1000 Hz"),
+    (", range: 20 g}\n  rear", "}\n  rear", "sensors.front.range is missing"),
+    ("sensors:", "sensor: {source: tape, pitch: 3}\nsensors:", "sensors.sensor.x is missing"),
+    (FILE[FILE.index("  source") :], "  source: tape\n", "sensors is missing; a rig needs at least one"),
+])  # fmt: skip
 def test_a_file_of_sensors_that_cannot_be_is_refused_in_one_sentence(tmp_path, before, after, words):
     path = written(tmp_path / "mine.yaml", FILE.replace(before, after))
     refused(load_rig, path, words=[words, str(path)])
@@ -172,16 +169,13 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
     assert single.code == 0 and "sensor rear" in single.out and "sensor front" not in single.out
 
 
-NO_GROUPS = [
+@pytest.mark.parametrize(("sensors", "options", "words"), [
     (None, (), "has 2 sensors, front, rear, and the mapping names the columns of one"),
     (GROUPS | {"third": {}}, (), "those of front, rear, third"), (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
     (GROUPS | {"rear": {"group": "box 3"}}, (), "no column's name begins with the group 'box 3'"),
     (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
     ({"front": {"sensors": GROUPS}}, (), "must not be in the mapping of a sensor"), ({"front": 5}, (), "front = 5"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("sensors", "options", "words"), NO_GROUPS)
+])  # fmt: skip
 def test_groups_that_do_not_fit_are_refused_in_one_sentence(compared, sensors, options, words):
     mapping = () if sensors is None else ("--mapping", mapped(compared, sensors))
     ended = run_command("compare", compared / "run.npz", compared / "two.csv", *mapping, *options)

@@ -239,14 +239,11 @@ def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_star
 
 
 # as YAML 1.2 has it: 1.1 makes 29, 8, 70, 10.5, 10 and truth values of the first ones, and text of 2e11
-NUMBERS = [
+@pytest.mark.parametrize(("text", "value"), [
     ("035", 35), ("-010", -10), ("1:10", "1:10"), ("1_0.5", "1_0.5"), ("0x0A", "0x0A"), ("0o17", "0o17"),
     ("yes", "yes"), ("off", "off"), ("2024-01-01", "2024-01-01"), ("2e11", 2e11), ("1.0e9", 1e9), ("-.5e3", -500.0),
     ("5.", 5.0), ("true", True), ("'7'", "7"), ("~", None),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "value"), NUMBERS)
+])  # fmt: skip
 def test_a_number_is_read_as_written(tmp_path, text, value):
     data = read_yaml(written(tmp_path / "mine.yaml", f"a: {text}\nb: [{text}]\n"))
     assert data == {"a": value, "b": [value]} and type(data["a"]) is type(value)
@@ -259,15 +256,12 @@ def test_a_later_file_overrides_an_earlier_one_and_the_command_line_both(tmp_pat
     assert (config.records.duration_s, config.records.lead_in_s, config.records.ramp_s) == (100, 20.0, 0.75)
 
 
-PLACES = [
+@pytest.mark.parametrize("reader", [load_rig, load_recording, read_yaml, read_sensor])
+@pytest.mark.parametrize("row", [
     ("/dev/zero", "is a pipe or a device, not a file"), ("/dev/stdin", "a"), (".", "is a folder"),
     ("absent", "no such file"), ("a\0b", "must be the name of"), ("x" * 300, "File name too long"),
     (None, " = None:"), (b"rig.yaml", " = b'rig.yaml':"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("reader", [load_rig, load_recording, read_yaml, read_sensor])
-@pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
+], ids=lambda row: shown(row[0]))  # fmt: skip
 def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
     path, *words = row
     monkeypatch.chdir(tmp_path)

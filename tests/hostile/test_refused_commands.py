@@ -12,7 +12,8 @@ from tests.conftest import BELT, refused, run_command, written
 from trackdyn import Scene, load_recording, load_rig, simulate
 from trackdyn.rig.rig_file import shipped_rigs
 
-COMMANDS = [
+
+@pytest.mark.parametrize("row", [
     ("", "Missing command"),
     ("nope", "No such command 'nope'"),
     ("simulate", "Missing argument"),
@@ -47,10 +48,7 @@ COMMANDS = [
     # of a variable of the shell that is not set
     *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
     ("compare sensor.csv short.npz", "sensor.csv: not a trackdyn recording, or damaged; give the path of a whole one"),
-]
-
-
-@pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
+], ids=lambda row: row[0][:60])  # fmt: skip
 def test_a_command_ends_with_one_line_and_code_1(folder, row):
     line, *words = row
     written(Path("sensor.csv"), "time,ay\n0,1\n")
@@ -103,16 +101,13 @@ def test_a_folder_of_the_name_of_a_rig_is_no_rig(folder):
     assert "mine: is a folder" in run_command("check", "mine").err
 
 
-EXISTING = {
+@pytest.mark.parametrize(("line", "name"), {
     "check paper": "paper.png", "check paper --out mine.svg": "mine.svg", "show short.npz": "short.html",
     "show short.npz --out mine.html": "mine.html", "export short.npz mine.csv": "mine.csv",
     "new mine.yaml": "mine.yaml",
     "compare short.npz mine.csv --out mine.csv --overwrite": "mine.csv",
     "compare short.npz mine.csv --out link.csv --overwrite": "link.csv",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("line", "name"), EXISTING.items())
+}.items())  # fmt: skip
 def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, name):
     Path("link.csv").symlink_to("mine.csv")
     for existing in {name, "mine.csv"}:

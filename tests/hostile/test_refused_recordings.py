@@ -28,7 +28,15 @@ def touched(array):
 
 
 DAMAGED = "not a trackdyn recording, or damaged"
-DAMAGES = [
+
+
+@pytest.fixture
+def arrays(belt_file):
+    with np.load(belt_file) as data:
+        return dict(data)
+
+
+@pytest.mark.parametrize("row", [
     *((f"no {name}", lambda arrays, name=name: arrays.pop(name), DAMAGED) for name in ("gap", "meta", "checksum")),
     ("empty description", changed("meta", np.array("")), DAMAGED),
     ("a list as description", changed("meta", np.array("[1]")), DAMAGED),
@@ -39,16 +47,7 @@ DAMAGES = [
     ("format as text", described(format="a\nb"), "has recording format 'a\\nb'"),
     ("another rig", described(rig=[1]), DAMAGED),
     *((name, lambda all, name=name: all.update({name: touched(all[name])}), DAMAGED) for name in Recording.ARRAYS),
-]
-
-
-@pytest.fixture
-def arrays(belt_file):
-    with np.load(belt_file) as data:
-        return dict(data)
-
-
-@pytest.mark.parametrize("row", DAMAGES, ids=lambda row: row[0])
+], ids=lambda row: row[0])  # fmt: skip
 def test_a_damaged_recording_is_refused(tmp_path, arrays, row):
     _, damage, word = row
     damage(arrays)

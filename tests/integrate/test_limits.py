@@ -55,16 +55,15 @@ def grows(start, step, steps=120):
 
 
 CUT = {"closure": "elastic_damping"}
-CAUSES = [
+
+
+@pytest.mark.parametrize(("pitches", "damping", "fields", "changes", "cause"), [
     (5, 12.4, {}, {}, "damping of the bushing"),
     (35, 12.4, {}, {}, "damping of the bushing"),
     (35, 12.4, {"chain": "single_pin"}, {}, "damping of the bushing"),
     (5, 0.1, CUT, {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
     (5, 0.1, CUT, {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
-]
-
-
-@pytest.mark.parametrize(("pitches", "damping", "fields", "changes", "cause"), CAUSES)
+])  # fmt: skip
 def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, damping, fields, changes, cause):
     """The zigzag of a straight strand decays fastest, in a small round loop slower by a seventh."""
     changes = changes | {"chain__pitches": pitches, "bushing__stiffness": 0.0, "bushing__damping": damping}

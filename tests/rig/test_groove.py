@@ -120,14 +120,11 @@ def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon,
 
 
 # the last one: the flanks of a tooth cross before its tip
-NOT_TANGENT = [
+@pytest.mark.parametrize(("changed", "value", "field"), [
     ("slope_bottom", -6, "slope_bottom"), ("slope_low", 26, "slope_bottom"), ("slope_seat", -0.6, "slope_seat"),
     ("slope_tip", 20, "slope_tip"), ("r2", 0.030, "r2"), ("r3", 0.029, "r3"), ("r5", 0.020, "r5"),
     ("r2", 0.120, "slope_tip"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("changed", "value", "field"), NOT_TANGENT)
+])  # fmt: skip
 def test_groove_that_is_not_tangent_is_refused(changed, value, field):
     refused(wide, start=f"groove.{field} = ", **{changed: value})
 

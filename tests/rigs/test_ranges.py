@@ -42,7 +42,7 @@ def test_the_head_of_a_rig_lists_the_values_that_no_part_can_have():
 
 
 # directions belong to the wheels, sizes to one chain, materials to all chains
-INHERITED = {
+@pytest.mark.parametrize(("text", "starts"), {
     "ring_contact: {source: x, friction_static: 0.023, friction_dynamic: 0.021}":
         ["ring_contact.friction_static = 0.023 lies below its range, 0.3 to 0.9", "ring_contact.friction_dynamic"],
     "bushing: {source: x, damping: 990 N m s/rad}": ["bushing.damping = 990 N m s/rad lies above its range"],
@@ -50,10 +50,7 @@ INHERITED = {
     "chain: {source: x, link_length: 0.09 m}\ntooth_contact: {source: x, friction_static: 0.5}":
         ["tooth_contact.friction_static = 0.5 lies above its range, 0.05 to 0.35"],
     "guide: {source: x, clearance: {value: 0.03, unit: m, kind: printed, low: 0, high: 0.1, source: x}}": [],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "starts"), INHERITED.items())
+}.items())  # fmt: skip
 def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, starts):
     text = f"like: bench\n{text}\n"
     for name in "abcdefg":  # each like the one before

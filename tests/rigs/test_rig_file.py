@@ -65,29 +65,26 @@ def test_every_parameter_of_a_rig_has_an_effect():
     assert unread == NOT_IN_A_MODEL
 
 
-@pytest.mark.parametrize(
-    ("text", "fragments"),
-    [
-        (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
-        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, m113, paper, parts"]),
-        ("like: mine.yaml\n", ["like = 'mine.yaml'", "without an end"]),
-        ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
-        ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "lower-case letters"]),
-        (f"like: bench\nwheels: {{source: s, chain: {WHEEL}}}\n", ["wheels", "'chain'", "not the name of a section"]),
-        ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "choose 'rear'"]),
-        (like_bench("surface: soft"), ["idler.surface = 'soft'", "wheel_contact"]),
-        ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive is not a known parameter; remove it"]),
-        ("like: bench\ntension: {source: s, force: 10.0 N}\n", ["tension.force is not a known parameter; remove it"]),
-        ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.kept = 'forced': ", "'sprung'"]),
-        ("like: bench\nprofile: {source: s}\n", ["profile.arcs is missing"]),
-        ("like: bench\nprofile: {source: s, outline: tooth.csv}\n", ["profile.outline is not a known parameter"]),
-        (like_bench(f"arm: {{{ARM}}}"), ["tension.wheel = 'idler'", "choose a fixed wheel"]),
-        ("like: bench\nsprocket: {source: s, teeth: 17}\n", ["17 teeth leave 0.", "sprocket.equal_pitch_radius"]),
-        (ROLLER, ["the groove is that of parts (13 teeth, pitch 0.", "; state groove or profile", "slope_tip"]),
-        ('like: "a\\0b"\n', ["like = 'a\\x00b': must be the name of an included rig or of a file"]),
-        ("like: paper\nchain: {link_length: '\u0660.\u0661 m'}\n", ["link_length"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "fragments"), [
+    (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
+    ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, m113, paper, parts"]),
+    ("like: mine.yaml\n", ["like = 'mine.yaml'", "without an end"]),
+    ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
+    ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "lower-case letters"]),
+    (f"like: bench\nwheels: {{source: s, chain: {WHEEL}}}\n", ["wheels", "'chain'", "not the name of a section"]),
+    ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "choose 'rear'"]),
+    (like_bench("surface: soft"), ["idler.surface = 'soft'", "wheel_contact"]),
+    ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive is not a known parameter; remove it"]),
+    ("like: bench\ntension: {source: s, force: 10.0 N}\n", ["tension.force is not a known parameter; remove it"]),
+    ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.kept = 'forced': ", "'sprung'"]),
+    ("like: bench\nprofile: {source: s}\n", ["profile.arcs is missing"]),
+    ("like: bench\nprofile: {source: s, outline: tooth.csv}\n", ["profile.outline is not a known parameter"]),
+    (like_bench(f"arm: {{{ARM}}}"), ["tension.wheel = 'idler'", "choose a fixed wheel"]),
+    ("like: bench\nsprocket: {source: s, teeth: 17}\n", ["17 teeth leave 0.", "sprocket.equal_pitch_radius"]),
+    (ROLLER, ["the groove is that of parts (13 teeth, pitch 0.", "; state groove or profile", "slope_tip"]),
+    ('like: "a\\0b"\n', ["like = 'a\\x00b': must be the name of an included rig or of a file"]),
+    ("like: paper\nchain: {link_length: '\u0660.\u0661 m'}\n", ["link_length"]),
+])  # fmt: skip
 def test_a_bad_file_is_refused_by_file_and_field(tmp_path, text, fragments):
     path = written(tmp_path / "mine.yaml", text)
     refused(load_rig, path, words=[*fragments, "" if "nowhere" in text else str(path)])
@@ -147,20 +144,17 @@ def test_the_pitch_of_a_single_pin_chain_gives_the_equal_pitch_radius(tmp_path):
     assert wider.sprocket.equal_pitch_radius == 0.29
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("kind: single_pin", "kind: double_pin", None),
-        ("kind: single_pin, pitch: 0.17", "kind: double_pin, pitch: 0.11", "more than chain.link_length = 0.1145 m"),
-        ("teeth: 12", "teeth: 12, equal_pitch_radius: 0.29 m", "chain.pitch gives sprocket.equal_pitch_radius; leave"),
-        ("pitch: 0.17 m", "pitch: 0.01 m", "chain.pitch = 0.01: must be a length in m, such as 0.17 m"),
-        ("pitch: 0.17 m", "pitch: -0.17 m", "chain.pitch = -0.17: must be a length in m, such as 0.17 m"),
-        ("pitch: 0.17 m", "pitch: 170 mm", "chain.pitch has the unit 'mm'; it must be given in 'm'"),
-        ("pitch: 0.17 m", "pitch: {value: 0.17, unit: m}", "chain.pitch lacks kind, source"),
-        ("teeth: 12", "teeth: .inf", "sprocket.teeth = inf: must be a finite number"),
-        ("pitch: 0.17 m", "pitch: [1]", "chain.pitch = [1] has no unit"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("kind: single_pin", "kind: double_pin", None),
+    ("kind: single_pin, pitch: 0.17", "kind: double_pin, pitch: 0.11", "more than chain.link_length = 0.1145 m"),
+    ("teeth: 12", "teeth: 12, equal_pitch_radius: 0.29 m", "chain.pitch gives sprocket.equal_pitch_radius; leave"),
+    ("pitch: 0.17 m", "pitch: 0.01 m", "chain.pitch = 0.01: must be a length in m, such as 0.17 m"),
+    ("pitch: 0.17 m", "pitch: -0.17 m", "chain.pitch = -0.17: must be a length in m, such as 0.17 m"),
+    ("pitch: 0.17 m", "pitch: 170 mm", "chain.pitch has the unit 'mm'; it must be given in 'm'"),
+    ("pitch: 0.17 m", "pitch: {value: 0.17, unit: m}", "chain.pitch lacks kind, source"),
+    ("teeth: 12", "teeth: .inf", "sprocket.teeth = inf: must be a finite number"),
+    ("pitch: 0.17 m", "pitch: [1]", "chain.pitch = [1] has no unit"),
+])  # fmt: skip
 def test_a_pitch_that_gives_no_sprocket_is_refused(tmp_path, old, new, words):
     path = written(tmp_path / "mine.yaml", PINS.replace(old, new))
     if words is None:

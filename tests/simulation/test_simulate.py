@@ -86,16 +86,12 @@ def read_back(run, path):
     return back
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [
-        {"frame_interval": 0.1, "pitches": (1, 2)}, {"every_link": True}, {"ring_radius": None},
-        {"motor_rpm": 0.0, "frame_interval": 0.1, "lead_in": 2.0},  # strands swing by 0.3 % of g until then
-        BELT, BELT | {"motor_rpm": 0.0}, {"space": "spatial", **LAWS},
-        {"integrator": "linearly_implicit", "step": 2e-4},
-    ],
-    ids=str,
-)  # fmt: skip
+@pytest.mark.parametrize("fields", [
+    {"frame_interval": 0.1, "pitches": (1, 2)}, {"every_link": True}, {"ring_radius": None},
+    {"motor_rpm": 0.0, "frame_interval": 0.1, "lead_in": 2.0},  # strands swing by 0.3 % of g until then
+    BELT, BELT | {"motor_rpm": 0.0}, {"space": "spatial", **LAWS},
+    {"integrator": "linearly_implicit", "step": 2e-4},
+], ids=str)  # fmt: skip
 def test_a_recording_is_read_back(make_scene, tmp_path, fields):
     run = simulate(make_scene(**fields))
     read_back(run, tmp_path / "run.npz")
