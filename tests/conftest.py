@@ -64,7 +64,6 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """How many tests were skipped, by reason."""
     skipped = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", []))
     for reason, count in skipped.most_common():
         terminalreporter.write_line(f"{count} skipped: {reason.removeprefix('Skipped: ')}")
@@ -117,7 +116,6 @@ def refused(call, *arguments, words=(), start="", match=None, error=InputError, 
 
 
 def written(path, text):
-    """The path of a file that now holds a text."""
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -140,7 +138,6 @@ def recorded(scene, **options):
 
 
 def assert_same_arrays(recording, expected):
-    """The arrays of two recordings are equal to the last bit."""
     for name in Recording.ARRAYS:
         np.testing.assert_array_equal(getattr(recording, name), getattr(expected, name), err_msg=name)
 

@@ -4,6 +4,7 @@ A layout is drawn from a seed and its number, so that any of them can be made ag
 sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
+from itertools import combinations
 from math import degrees, hypot, pi
 from pathlib import Path
 
@@ -41,8 +42,7 @@ def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) 
 
     least = max(
         GAP * (radius[i] + radius[k] + (0.1 * size if i == 0 else 0.0)) / hypot(*(shape[i] - shape[k]))
-        for i in range(count)
-        for k in range(i + 1, count)
+        for i, k in combinations(range(count), 2)
     )
     try:
         if excess(least) >= 0:

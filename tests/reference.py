@@ -1,21 +1,16 @@
 """Forward dynamics of the planar chain in absolute coordinates with joint multipliers.
 
-The second, independent formulation: every body carries the three coordinates of its mass centre and
-its angle, every joint two acceleration constraints, and the whole is one dense system,
+Every body carries the coordinates of its mass centre and its angle, every joint two acceleration constraints:
 
     [ M  J^T ] [ q''     ]   [ Q     ]
     [ J   0  ] [ -lambda ] = [ gamma ].
 
-It costs O(n^3) and serves to check the transfer-matrix solution (Eqs. 2-7), so it shares nothing with
-it but the data of the chain.
+This dense system checks the transfer-matrix solution (Eqs. 2-7), with which it shares the data of the chain only.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-
-_REFINEMENTS = 2
-_SCALINGS = 4
 
 
 class Accelerations(NamedTuple):
@@ -49,8 +44,7 @@ def reference_accelerations(
     one its pins coincide. Extended precision, where the platform has it, leaves only the final rounding.
     """
     n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
-    angle, rate, *loads = np.asarray([angle, rate, force_x, force_y, moment], dtype=np.longdouble)
-    force_x, force_y, moment = loads
+    angle, rate, force_x, force_y, moment = np.longdouble([angle, rate, force_x, force_y, moment])
     to_input, to_output = _pin_arms(chain, angle)
     joints = [(i, (i + 1) % n) for i in range(n)]
     if torque is None:
@@ -114,14 +108,12 @@ def _pin_jacobian(arm):
 def _solve_symmetric(matrix, rhs):
     """Solve a symmetric indefinite system: equilibrate, factor in double, refine in extended precision."""
     scale = np.ones(len(rhs), dtype=np.longdouble)
-    for _ in range(_SCALINGS):
-        # kg, kg m2 and m are mixed in the matrix: bring every row and column to order one.
+    for _ in range(4):  # kg, kg m2 and m are mixed in the matrix: bring every row and column to order one
         scale /= np.sqrt(np.max(np.abs(matrix * scale * scale[:, None]), axis=1))
     scale = np.exp2(np.rint(np.log2(scale)))  # powers of two: scaling rounds nothing
     matrix, rhs = matrix * scale * scale[:, None], rhs * scale
     inverse = np.linalg.inv(matrix.astype(float))
     solution = np.zeros_like(rhs)
-    for _ in range(1 + _REFINEMENTS):
-        residual = rhs - np.sum(matrix * solution, axis=1)
-        solution = solution + inverse @ residual.astype(float)
+    for _ in range(3):
+        solution += inverse @ (rhs - np.sum(matrix * solution, axis=1)).astype(float)
     return solution * scale

@@ -3,7 +3,6 @@
 import re
 import tomllib
 
-import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
@@ -19,28 +18,21 @@ LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{
 
 def asked(*extras):
     """Requirements of the project with some extras and with those that they name."""
-    requirements = [Requirement(text) for text in PROJECT["dependencies"]]
+    requirements = [*map(Requirement, PROJECT["dependencies"])]
     for extra in extras:
         for requirement in map(Requirement, PROJECT["optional-dependencies"][extra]):
             requirements += asked(*requirement.extras) if requirement.name == "trackdyn" else [requirement]
-    return list({str(requirement): requirement for requirement in requirements}.values())
+    return {*requirements}
 
 
-@pytest.fixture(scope="module")
-def locked():
-    """Versions in the lock by name; every line is a package with its hashes, or a comment."""
-    versions = {}
-    text = re.sub(r" \\\n +", " ", (ROOT / "requirements.lock").read_text(encoding="utf-8"))
+def test_the_lock_keeps_to_the_project():
+    """Every line is a package with its hashes, or a comment."""
+    locked, text = {}, re.sub(r" \\\n +", " ", (ROOT / "requirements.lock").read_text(encoding="utf-8"))
     for line in text.splitlines():
         if not line.startswith("#"):
             match = LOCKED.fullmatch(line)
-            assert match, line
-            assert canonicalize_name(match[1]) not in versions, line
-            versions[canonicalize_name(match[1])] = Version(match[2])
-    return versions
-
-
-def test_the_lock_keeps_to_the_project(locked):
+            assert match and canonicalize_name(match[1]) not in locked, line
+            locked[canonicalize_name(match[1])] = Version(match[2])
     for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
@@ -77,7 +69,6 @@ def test_a_missing_module_is_named_with_the_extra_that_brings_it():
 
 
 def without_extras(*arguments):
-    """A command with only the simulator's own requirements installed."""
     core = {requirement.name for requirement in asked()}
     extras = {requirement.name for requirement in asked(*PROJECT["optional-dependencies"])} - core
     modules = {MODULES.get(name, name.replace("-", "_")) for name in extras}

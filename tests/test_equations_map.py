@@ -60,22 +60,18 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
     model = without_extrapolation(model._replace(tooth=model.tooth._replace(law=law)), work)
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
-    start = state.wheel_angle[SPROCKET]
-    h = 1e-6
-    seen = dict.fromkeys(range(1, 11), 0)
+    start, h, seen = state.wheel_angle[SPROCKET], 1e-6, dict.fromkeys(range(1, 11), 0)
     # other angles of the sprocket bring other areas into contact
     for offset in np.linspace(0.0, 2 * np.pi / model.tooth.teeth, 12, endpoint=False):
         state.wheel_angle[SPROCKET] = start + offset
         state.tooth_impact[:] = 0.0
         refresh(model, state, work)
         for arc in range(len(work.tooth_force)):
-            area, depth, radius = depth_after(model, state, arc, 0.0)
+            before, (area, depth, radius), after = (depth_after(model, state, arc, time) for time in (-h, 0.0, h))
             assert area == work.tooth_area[arc]  # Eq. 18 saves time and loses no contact
-            if area == 0 or work.tooth_force[arc] == 0.0:
+            # at a joint of two areas the difference would be one across it
+            if work.tooth_force[arc] == 0.0 or not before[0] == area == after[0]:
                 continue
-            before, after = depth_after(model, state, arc, -h), depth_after(model, state, arc, h)
-            if not before[0] == area == after[0]:
-                continue  # at a joint of two areas the difference would be one across it
             # a contact that begins now stores its velocity, and its bracket is 1 + loss or 1 - loss
             sign = np.sign(work.tooth_force[arc] / elastic_force(law, depth, radius)[0] - 1)
             rate = (after[1] - before[1]) / (2 * h)

@@ -11,6 +11,7 @@ import pytest
 
 import trackdyn.jit
 import trackdyn.sources
+from tests.conftest import written
 from trackdyn.jit import cache_folder, source_hash
 from trackdyn.sources import KERNEL_SOURCES, kernel_digest
 
@@ -39,21 +40,17 @@ def both(x):
 MAIN = """
 import json, os, sys, time
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
 from trackdyn import jit
 from trackdyn.chain.outer import both, outer
 
 if "--together" in sys.argv:
-    Path(sys.argv[1], f"{os.getpid()}.ready").touch()
-    while len(list(Path(sys.argv[1]).glob("*.ready"))) < 3:
+    Path(f"{os.getpid()}.ready").touch()
+    while len(list(Path().glob("*.ready"))) < 3:
         time.sleep(0.01)
 value = outer(1.0) if "--float" in sys.argv else both(1.0)[0]
 hits = sum(both.dispatcher.stats.cache_hits.values()) if hasattr(both, "dispatcher") else 0
 print(json.dumps([value, hits, str(jit.cache_folder())]))
 """
-
-
-DIGEST = "import sys; sys.path.insert(0, sys.argv[1]); from trackdyn import sources; print(sources.kernel_digest())"
 
 
 @pytest.fixture
@@ -64,14 +61,14 @@ def copy(tmp_path):
     (root / "__init__.py").touch()
     for name in ("jit.py", "by_reference.py", "sources.py"):
         shutil.copy(PACKAGE / name, root)
-    (root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
-    (root / "chain" / "outer.py").write_text(OUTER)
+    written(root / "chain" / "inner.py", INNER.format(factor=2.0))
+    written(root / "chain" / "outer.py", OUTER)
 
     def start(*arguments, code=MAIN, cache=tmp_path / "cache", **environment):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
         return subprocess.Popen(
-            [sys.executable, "-c", code, str(run.root.parent), *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            [sys.executable, "-c", code, *arguments],
+            cwd=run.root.parent, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             # Python's bytecode does not see an edit in the same second that leaves the length of the file
             env=clean | {"TRACKDYN_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": "1"} | environment,
         )  # fmt: skip
@@ -84,20 +81,16 @@ def copy(tmp_path):
         return value, hits, Path(folder), errors
 
     def digest():
-        return start(code=DIGEST).communicate()[0].strip()
+        return start(code="from trackdyn import sources; print(sources.kernel_digest())").communicate()[0].strip()
 
     run.root, run.start, run.digest = root, start, digest
     return run
 
 
-def code_files(folder):
-    return sorted(folder.rglob("*.code"))
-
-
 def test_a_second_process_and_another_copy_of_the_program_find_the_code_of_the_first(copy):
     value, hits, folder, errors = copy()
     assert (value, hits, errors) == (3.0, 0, "")
-    assert code_files(folder) and code_files(copy.root) == []
+    assert [*folder.rglob("*.code")] and not [*copy.root.rglob("*.code")]
     assert copy()[:2] == (3.0, 1)
     copy.root = shutil.copytree(copy.root.parent, copy.root.parents[1] / "other") / "trackdyn"
     os.utime(copy.root / "chain" / "outer.py", (0, 0))
@@ -119,20 +112,19 @@ def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path):
         assert value == factor + 1.0 and hits == 0
         assert errors.startswith("trackdyn: the cache folder ") and "TRACKDYN_CACHE" in errors
         assert errors.count("\n") == 1, "one sentence a process"
-    assert code_files(tmp_path) == []
+    assert not [*tmp_path.rglob("*.code")]
 
 
 def test_a_damaged_file_is_compiled_again(copy):
     """Cut off, then one byte another; and it is kept anew. LLVM would abort the process."""
     folder = copy()[2]
     for cut in (True, False):
-        for path in code_files(folder):
+        for path in [*folder.rglob("*.code")]:
             content = bytearray(path.read_bytes())
             middle = len(content) // 2
             content[middle] ^= 0xFF
             path.write_bytes(content[:middle] if cut else content)
-        assert copy()[:2] == (3.0, 0)
-        assert copy()[:2] == (3.0, 1)
+        assert [copy()[:2], copy()[:2]] == [(3.0, 0), (3.0, 1)]
 
 
 def test_the_hash_follows_sources_and_options(copy):
@@ -160,17 +152,13 @@ def test_the_hash_follows_the_compiler(monkeypatch, package):
     assert kernel_digest.__wrapped__() != before
 
 
-EDITS = {
-    "a comment and a docstring": (("def inner(x):", '# of x\ndef inner(x):\n    """Some of x."""'), True),
-    "layout": (("{factor} * x", "(\n        {factor}\n        * x\n    )"), True),
-    "a number": (("{factor}", "7.0"), False),
-}
-
-
-@pytest.mark.parametrize(("change", "same"), EDITS.values(), ids=EDITS)
-def test_kernels_are_identified_by_their_code(copy, change, same):
+@pytest.mark.parametrize(("old", "new", "same"), [
+    ("def inner(x):", '# of x\ndef inner(x):\n    """Some of x."""', True),
+    ("{factor} * x", "(\n        {factor}\n        * x\n    )", True), ("{factor}", "7.0", False),
+], ids=["a comment and a docstring", "layout", "a number"])  # fmt: skip
+def test_kernels_are_identified_by_their_code(copy, old, new, same):
     folder = copy()[2]
-    (copy.root / "chain" / "inner.py").write_text(INNER.replace(*change).format(factor=2.0))
+    written(copy.root / "chain" / "inner.py", INNER.replace(old, new).format(factor=2.0))
     value, hits, again, errors = copy()
     assert (value, hits, again == folder, errors) == ((3.0, 1, True, "") if same else (8.0, 0, False, ""))
 
@@ -179,13 +167,12 @@ def test_kernels_are_identified_by_their_code(copy, change, same):
 MEANWHILE = """
 import sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
 from trackdyn import jit
-inner = Path(sys.argv[1], "trackdyn", "chain", "inner.py")
+inner = Path("trackdyn/chain/inner.py")
 text = inner.read_text()
 inner.write_text(text.replace("2.0", "7.0"))
 from trackdyn.chain.outer import both
-if sys.argv[2] == "put back":
+if sys.argv[1] == "put back":
     inner.write_text(text)
 print(both(1.0)[0])
 """
@@ -227,7 +214,6 @@ def test_code_of_a_kernel_comes_from_hashed_sources():
 
 
 def test_code_of_another_signature_is_not_taken(copy):
-    """A file that another was copied over, whole as it is."""
     folder = copy()[2]
     (of_both,) = (folder / "called").rglob("both-*.code")
     copy("--float")
@@ -243,7 +229,7 @@ import sys
 from importlib import import_module
 from types import ModuleType
 
-module, *names = sys.argv[2].replace(":", ".").rsplit(".", sys.argv[2].partition(":")[2].count(".") + 1)
+module, *names = sys.argv[1].replace(":", ".").rsplit(".", sys.argv[1].partition(":")[2].count(".") + 1)
 holder = import_module(module)
 
 def refuse():
@@ -270,7 +256,6 @@ else:
     kind = getattr(holder, names[0])
     value = next((vars(base)[names[1]] for base in kind.__mro__ if names[1] in vars(base)), None)
     setattr(kind, names[1], Hidden())
-sys.path.insert(0, sys.argv[1])
 from trackdyn.chain.outer import both
 print(both(1.0)[0])
 """
@@ -314,8 +299,6 @@ def inner(x):
 
 
 OUTER_CALLS = """
-import sys
-sys.path.insert(0, sys.argv[1])
 from trackdyn.chain.outer import outer
 outer(1.0)
 try: outer(3.0)

@@ -135,8 +135,6 @@ print(sources.module_hash("trackdyn.rig.rig"), len(parsed))
 
 
 def test_hashes_are_those_of_the_files_whatever_an_earlier_process_kept(tmp_path):
-    """Nothing kept, all kept, kept and then damaged."""
-
     def hashed():
         return python(HASHES, TRACKDYN_CACHE=str(tmp_path)).stdout.split()
 

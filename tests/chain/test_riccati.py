@@ -29,7 +29,6 @@ def make_ring(n, seed, percussion=False):
 
 
 def sweep(chain, state, loads, step):
-    """Return work with accelerations of bodies and first pin by the sweep, and the load through the cut."""
     work = make_work(len(state.angle), len(state.wheel_impact), 3)
     for array in work.sweep:
         array[...] = 7.0  # an old solution

@@ -17,7 +17,6 @@ RELATIVE = 1e-9
 
 
 def turned(omega, arm):
-    """Centripetal acceleration of the end of an arm."""
     return np.cross(omega, np.cross(omega, arm))
 
 

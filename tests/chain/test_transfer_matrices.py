@@ -134,7 +134,6 @@ def test_growth_of_single_bodies_is_the_closed_form(body):
 
 
 def size_of_the_product(kind, n):
-    """Decimal logarithm of the norm of the product over a ring of ``n`` bodies, at rest and without loads."""
     chain, angle, zero = make_chain(kind, n), -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
     return np.log10(np.linalg.norm(product.multiply(product.elements_of(chain, angle, *[zero] * 5))[:12, :12]))
 

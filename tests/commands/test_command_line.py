@@ -19,7 +19,6 @@ COMMANDS = typer.main.get_command(app).commands
 
 
 def loaded(code, *words):
-    """Libraries that are loaded when the code has run, and its output."""
     *printed, modules = python(f"import sys; {code}; print(); print(*sys.modules)", *words).stdout.splitlines()
     return {name.partition(".")[0] for name in modules.split()}, "\n".join(printed)
 

@@ -93,7 +93,6 @@ def test_links_on_a_ring_follow_the_closed_form_from_step_to_step(driven_loop):
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])
 def test_energy_balance_closes_with_the_step_and_nothing_is_given_back(make_scene, rig, integrator):
-    """Elastic energy of the ring counts as stored: friction only takes, and open work falls with the step."""
     opened = []
     for step in (1e-4, 5e-5):
         scene = Scene(

@@ -1,5 +1,6 @@
 """Normal and friction laws of one contact against closed forms, and the restitution of each normal law."""
 
+from itertools import product
 from math import pi, sqrt
 
 import numpy as np
@@ -169,23 +170,21 @@ def test_an_impact_delivers_the_restitution_of_the_law(normal_law, restitution):
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 @pytest.mark.parametrize("radius", [8e-4, 0.05, 0.3])
 def test_slopes_are_those_of_the_force(normal_law, radius):
-    """Central differences, also where the bracket is clipped: no slope with the velocity there."""
     contact = law(normal_law, 0.3, limit=1.4)
     impact, zones = 0.2, set()
-    for depth in (1e-6, 1e-4, 3e-3):
-        for speed in (-3.0, -0.2, -0.05, 0.0, 0.05, 0.19, 3.0):
-            _, stiffness, damping = force_and_slopes(contact, depth, speed, impact, radius)
-            force = [
-                normal_force(contact, depth + a, speed + b, impact, radius)
-                for a, b in ((1e-5 * depth, 0), (-1e-5 * depth, 0), (0, 1e-5), (0, -1e-5))
-            ]
-            size = max(normal_force(contact, depth, 0.0, impact, radius), force[0])
-            # second-order differences over 1e-5 of the depth, rounding of the force over them
-            assert stiffness == pytest.approx((force[0] - force[1]) / (2e-5 * depth), abs=1e-8 * size / depth)
-            assert damping == pytest.approx((force[2] - force[3]) / 2e-5, abs=1e-8 * size / impact)
-            bracket = 1 + contact.loss * speed / impact
-            zones.add("pulls" if bracket < 0 else "limited" if bracket > contact.factor_limit else "free")
-            assert (damping > 0) == (zones == {"free"} or 0 < bracket < contact.factor_limit) or contact.loss == 0
+    for depth, speed in product((1e-6, 1e-4, 3e-3), (-3.0, -0.2, -0.05, 0.0, 0.05, 0.19, 3.0)):
+        _, stiffness, damping = force_and_slopes(contact, depth, speed, impact, radius)
+        deeper, shallower, faster, slower = (
+            normal_force(contact, depth + a, speed + b, impact, radius)
+            for a, b in ((1e-5 * depth, 0), (-1e-5 * depth, 0), (0, 1e-5), (0, -1e-5))
+        )
+        size = max(normal_force(contact, depth, 0.0, impact, radius), deeper)
+        # second-order differences over 1e-5 of the depth, rounding of the force over them
+        assert stiffness == pytest.approx((deeper - shallower) / (2e-5 * depth), abs=1e-8 * size / depth)
+        assert damping == pytest.approx((faster - slower) / 2e-5, abs=1e-8 * size / impact)
+        bracket = 1 + contact.loss * speed / impact
+        zones.add("pulls" if bracket < 0 else "limited" if bracket > contact.factor_limit else "free")
+        assert (damping > 0) == (zones == {"free"} or 0 < bracket < contact.factor_limit) or contact.loss == 0
     # the delivered law cannot be limited at its impact velocity, but beyond it
     assert zones == ({"free"} if normal_law == "elastic" else {"pulls", "free", "limited"})
 

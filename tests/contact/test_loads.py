@@ -106,7 +106,6 @@ def test_foot_is_the_nearest_point_of_the_link():
 
 
 def test_contacts_are_damped_with_velocities_half_a_step_ahead(loop):
-    """Half of the last step's change adds to the velocities of the bodies, and has no other effect."""
     model, state, work = loop
     memory, forces = (state.wheel_impact.copy(), state.tooth_impact.copy()), []
     for velocity, change in (((0.13, -0.07), (0.0, 0.0)), (0.0, (0.26, -0.14))):

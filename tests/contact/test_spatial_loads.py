@@ -89,7 +89,6 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
 
 
 def test_action_and_reaction(make_spatial):
-    """Forces, and moments about the inertial origin, on all bodies and all wheels add up to zero."""
     motion = (0.007, 0.02, 0.03, -0.02)  # beyond the play of the guides
     model, state = make_spatial(motion=motion, **TILTED)
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
@@ -103,14 +102,12 @@ def test_action_and_reaction(make_spatial):
     size = np.abs(force).sum()
     assert (ContactList(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
     assert np.abs(total_force[2]) > 100.0  # the axial force is not trivial
-    for wheel in range(3):
-        frame = space.frame[wheel]
+    for wheel, (frame, load) in enumerate(zip(space.frame, spatial.wheel_load, strict=True)):
         centre = np.array([model.wheels.x[wheel], model.wheels.y[wheel], 0.003 if wheel == 1 else 0.0])
         np.testing.assert_allclose(frame @ space.centre[wheel], centre, rtol=0, atol=1e-15)
-        reaction = frame @ spatial.wheel_load[wheel, :3]
-        total_force = total_force + reaction
-        total_moment = total_moment + frame @ spatial.wheel_load[wheel, 3:] + np.cross(centre, reaction)
-        assert work.wheel_torque[wheel] == pytest.approx(spatial.wheel_load[wheel, 5], rel=1e-12)
+        total_force += frame @ load[:3]
+        total_moment += frame @ load[3:] + np.cross(centre, frame @ load[:3])
+        assert work.wheel_torque[wheel] == pytest.approx(load[5], rel=1e-12)
     np.testing.assert_allclose(total_force, 0.0, atol=1e-12 * size)
     np.testing.assert_allclose(total_moment, 0.0, atol=1e-12 * size)
 

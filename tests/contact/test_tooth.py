@@ -51,8 +51,7 @@ def test_penetrating_arcs_are_found_with_area_depth_and_normal(groove, tooth):
     true_depth = RADIUS - distance_to_arcs(groove, points).min(axis=1)
     for i, (x, y) in enumerate(points):
         touched, depth, nx, ny, radius = find_area(tooth, x, y)
-        assert touched > 0
-        assert depth == pytest.approx(true_depth[i], abs=EXACT)
+        assert touched > 0 and depth == pytest.approx(true_depth[i], abs=EXACT)
         # the normal: an error of 1e-16 m over the least distance to a centre, 2.7 mm
         assert (nx, ny) == pytest.approx(tuple(normal[i]), abs=1e-12)
         if share[i] < 1 - 1e-9:  # neighbours share a boundary, with the same depth and normal
@@ -121,15 +120,13 @@ def test_every_groove_has_its_index(tooth):
     for k in range(1, m + 1):
         middle, (c, s) = (2 * k - 1) * pi / m, (tooth.groove_cos[k - 1], tooth.groove_sin[k - 1])
         assert np.arctan2(c, -s) % (2 * pi) == pytest.approx(middle, abs=1e-14)
-        for share in (-0.999, -0.5, 0.0, 0.5, 0.999):
-            angle = middle + share * pi / m
+        for angle in middle + np.array([-0.999, -0.5, 0.0, 0.5, 0.999]) * pi / m:
             assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) == k
 
 
 def test_boundaries_of_the_grooves_belong_to_a_neighbour():
     m = 13
-    for k in range(1, m + 1):
-        angle = 2 * pi * k / m
+    for k, angle in enumerate(2 * pi * np.arange(1, m + 1) / m, 1):
         assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) in (k, k % m + 1)
     # just below the x axis the angle is rounded to a whole turn
     assert [groove_index(m, 0.33, y) for y in (0.0, -0.0, -5e-324, -1e-20)] == [1, 1, m, m]

@@ -42,7 +42,6 @@ def test_a_misaligned_loop_stays_between_the_flanges_and_its_energy_balance_clos
 
 
 def momenta(model, state):
-    """Linear and angular momentum about the inertial origin of all bodies, inertial components."""
     chain, space, motion = model.chain, model.space, state.plane.motion
     a_p, attitude, omega, centre, end = bodies_in_space(chain, state)
     at = along_chain(a_p @ [*state.pin[:2], motion[0]], end)[:-1]
@@ -84,7 +83,6 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
 
 
 def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
-    """An idler turned the other way gives the mirrored motion; a second run gives the same."""
     record, again, mirror = (
         filled(Loop(make_scene(210.0, rig=rig.changed(idler__toe=toe), **LAWS)), 500) for toe in (0.5, 0.5, -0.5)
     )

@@ -87,7 +87,6 @@ DEFECTS = {
     ),
     "thousands or decimals": (each(6, lambda k: f"{k};12;1,0{k}0;7", "t_ms;ax_mg;ay_mg;az_mg"), ("'1,000'", "thous")),
     "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "from: S")),
-    "wide gap": ("\n".join([HEADER, *rows(60)[:30], *rows(60)[40:]]), ("gap", "line 32", "0.029", "0.04 s")),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "resample: true")),
     "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows per second", "100 to 1,000,000", "rate: HZ")),
     "too coarse": (COARSE, ("0.001 s", "coarse", "time: none")),
@@ -103,7 +102,6 @@ DEFECTS = {
     "a spreadsheet": (b"PK\x03\x04" + bytes(100), ("an archive or a spreadsheet",)),
     "a database": (b"SQLite format 3\0", ("SQLite", "docs/your-loggers-file.md")),
     "EDF": (b"0".ljust(8) + b"X X X X".ljust(1000) + bytes(900), ("EDF", "docs/your-loggers-file.md")),
-    "packed otherwise": (b"BZh91AY&SY" + bytes(100), ("an archive", "unpack")),
     "binary data": (np.arange(500, dtype="<i2").tobytes(), ("binary data",)),
     # columns by number
     "two named 3": ("t,1,2,3\n" + BARE, ("columns 3 ('2') and 4 ('3')", "axes: {ay: '#3'}"), by("1", "3")),
@@ -319,16 +317,14 @@ def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
 
 
 def test_jitter_is_resampled_on_request_and_its_size_noted(tmp_path):
-    rng = np.random.default_rng(3)
-    t = np.arange(5000) / 1000 + rng.uniform(-2e-4, 2e-4, 5000)
+    t = np.arange(5000) / 1000 + np.random.default_rng(3).uniform(-2e-4, 2e-4, 5000)
     path = stamped(tmp_path / "record.csv", t - t[0], 6)
     refused(path, ["resample: true", "0.001 s is the mean"])
     record = read_sensor(path, SensorMapping(resample=True))
     assert record.done["resampled"].startswith("5000 rows onto")
     assert "steps 0.606 to 1.393 ms, 0.16 ms rms" in record.done["time"]
-    expected = np.sin(2 * np.pi * 7 * record.time)
     # stamps rounded to 1 us twice, at 44 rad/s; taken as even, 0.2 ms would be 9e-3
-    assert np.abs(record.ay - expected).max() < 5e-5
+    assert np.abs(record.ay - np.sin(2 * np.pi * 7 * record.time)).max() < 5e-5
 
 
 @pytest.mark.parametrize(("text", "words"), [
@@ -344,15 +340,13 @@ def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     conftest.refused(load_mapping, path, words=words, start=path)
 
 
-@pytest.mark.parametrize(
-    ("header", "options"), [("t_s,ax,ay,az", {"scale": 2048}), ("t_s,ax,ay [LSB],az (g)", {"range": 16, "bits": 16})]
-)
-def test_raw_counts_are_read(header, options, tmp_path):
+@pytest.mark.parametrize("options", [{"scale": 2048}, {"range": 16, "bits": 16}])
+def test_raw_counts_are_read(options, tmp_path):
+    header = "t_s,ax,ay,az" if "scale" in options else "t_s,ax,ay [LSB],az (g)"
     path = write(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))
     record = read_sensor(path, load_mapping(**options))
     np.testing.assert_allclose(record.ay, [1, -0.5, 32767 / 2048, -16, 0])
-    assert "counts of 1/2048 g" in record.done["columns"]
-    assert record.clipped == (2 if "bits" in options else 0)
+    assert "counts of 1/2048 g" in record.done["columns"] and record.clipped == (2 if "bits" in options else 0)
 
 
 STAMPS = {
@@ -415,10 +409,9 @@ def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
     assert record.done["gaps"].startswith(f"{len(missing)} samples in {groups} gaps interpolated")
     assert record.rate == pytest.approx(1000.0, rel=1e-9)
     record = read_sensor(path, SensorMapping(gaps="longest"))
-    edges = np.array([-1, *missing, 2000])
-    at = int(np.argmax(np.diff(edges)))
-    expected = 1 + 0.5 * np.sin(0.02 * np.arange(edges[at] + 1, edges[at + 1]))
-    np.testing.assert_allclose(record.ay, expected, atol=1e-5)
+    there = np.setdiff1d(np.arange(2000), missing)
+    longest = max(np.split(there, np.flatnonzero(np.diff(there) > 1) + 1), key=len)
+    np.testing.assert_allclose(record.ay, 1 + 0.5 * np.sin(0.02 * longest), atol=1e-5)
     assert record.time[0] == 0.0 and "the longest part without a gap" in record.done["gaps"]
 
 
@@ -475,8 +468,7 @@ def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path
 @pytest.mark.parametrize(("late", "gap"), [(2.4, False), (2.6, True)])
 def test_a_step_of_more_than_two_and_a_half_intervals_is_a_gap(late, gap):
     """Stamps in s of 100 Hz; less is jitter, which may be resampled."""
-    t = np.arange(1000) / 100
-    t[500:] += (late - 1) / 100
+    t = np.arange(1000) / 100 + (np.arange(1000) >= 500) * (late - 1) / 100
     assert bool(lost_rows(Stamps(t, "s", 1e-9), t.size, None, True).any()) == gap
 
 

@@ -11,11 +11,11 @@ from trackdyn.fieldtest.compare import compare_with_sensor
 from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.measure.metrics import remarks
 
-POSITIONS = {
-    "front": {"pitch": 4, "x": 0.03, "y": 0.02},
-    "rear": {"pitch": 20, "body": "connector", "x": 0.01, "y": -0.01},
+COMMON = {"rate": 1000, "range": 20.0}
+PLACES = {
+    "front": COMMON | {"pitch": 4, "x": 0.03, "y": 0.02},
+    "rear": COMMON | {"pitch": 20, "body": "connector", "x": 0.01, "y": -0.01},
 }
-PLACES = {name: position | {"rate": 1000, "range": 20.0} for name, position in POSITIONS.items()}
 RUNS = {
     "semi_implicit": (0.0, {}), "turned plane": (0.5, {}), "belt": (0.0, BELT),
     "linearly_implicit": (0.0, {"integrator": "linearly_implicit", "step": 5e-4}),
@@ -40,12 +40,10 @@ def test_two_sensors_read_as_each_as_the_only_one(make_scene, rig, toe, fields):
 
 
 def test_the_pin_that_two_bodies_share_has_one_acceleration(make_scene, rig):
-    common = {"y": 0.0, "rate": 1000, "range": 20.0}
+    ends = (9, "link", rig.chain.link_length), (9, "connector", 0.0), (9, "connector", rig.connector_length)
     ends = {
-        "link": common | {"pitch": 9, "x": rig.chain.link_length},
-        "connector": common | {"pitch": 9, "body": "connector", "x": 0.0},
-        "end": common | {"pitch": 9, "body": "connector", "x": rig.connector_length},
-        "next_link": common | {"pitch": 10, "x": 0.0},
+        f"end_{k}": COMMON | {"pitch": pitch, "body": body, "x": x, "y": 0.0}
+        for k, (pitch, body, x) in enumerate((*ends, (10, "link", 0.0)))
     }
     recording = recorded(make_scene(210.0, rig=rig.changed(sensors=ends), duration=0.02, lead_in=0.0, ramp=0.2))
     pins = recording.raw[..., :2] @ [1, 1j] * np.exp(1j * recording.raw[..., 2])
@@ -55,7 +53,7 @@ def test_the_pin_that_two_bodies_share_has_one_acceleration(make_scene, rig):
 
 
 def test_on_a_belt_a_connector_follows_its_link_by_half_a_pitch(rig):
-    on_link = {"pitch": 7, "x": rig.chain.link_length / 2, "y": 0.01, "rate": 1000, "range": 20.0}
+    on_link = COMMON | {"pitch": 7, "x": rig.chain.link_length / 2, "y": 0.01}
     on_connector = on_link | {"body": "connector", "x": rig.connector_length / 2}
     moving = rig.changed(sensors={"link": on_link, "connector": on_connector})
     rpm = 210.0 * Scene(moving, 210.0, **BELT).periods.passage / 0.1  # half a passage lasts 50 samples
@@ -120,9 +118,8 @@ def test_a_file_of_sensors_that_cannot_be_is_refused_in_one_sentence(tmp_path, b
 
 def test_a_file_may_name_several_sensors(tmp_path):
     rig = load_rig(written(tmp_path / "mine.yaml", FILE))
-    assert list(rig.sensors) == ["front", "rear"]
+    assert list(rig.sensors) == ["front", "rear"] and rig.sampled(2000).rate == 2000
     assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).sensors["rear"].x == 0.02
-    assert rig.sampled(2000).rate == 2000
     child = written(tmp_path / "child.yaml", f"like: mine.yaml\n{SINGLE}\n")
     assert list(load_rig(child).sensors) == ["front", "rear", "sensor"]
 

@@ -47,7 +47,6 @@ def ends_well(function, *arguments, **keywords):
 
 @st.composite
 def damaged(draw, data):
-    """A nested dictionary with some of its values replaced, taken out or added to."""
     data = copy.deepcopy(data)
     for _ in range(draw(st.integers(1, 3))):
         section = data
@@ -69,7 +68,6 @@ def damaged(draw, data):
 
 @st.composite
 def mangled(draw, content):
-    """Bytes with some pieces overwritten, cut out, repeated or inserted."""
     content = bytearray(content)
     for _ in range(draw(st.integers(1, 4))):
         at, length = draw(st.integers(0, max(len(content) - 1, 0))), draw(st.sampled_from([1, 2, 8, 100]))
@@ -140,7 +138,6 @@ def test_bytes_of_files(folder, name, damage):
 @FUZZ
 @given(seed=st.integers(0, 10**6), changes=st.data())
 def test_recordings(folder, seed, changes):
-    """Changed arrays and a changed description in a whole file."""
     path = folder / "mine.npz"
     with np.load(folder / "belt.npz") as data:
         arrays = dict(data)

@@ -29,11 +29,9 @@ NO_NUMBERS = (
 )  # fmt: skip
 
 # tables: a statement, then words of the error message; first keys of mappings, and their places in the message
-MAPPINGS = [
-    *((name, name) for name in ("chain", "wheels", "sensors")),
-    *((name, f"wheels.{name}") for name in ("idler", "road_wheel")),
-    ("sensor", "sensors.sensor"),
-]
+MAPPINGS = [(place.rpartition(".")[2], place) for place in (
+    "chain", "wheels", "sensors", "wheels.idler", "wheels.road_wheel", "sensors.sensor",
+)]  # fmt: skip
 NO_MAPPING = "= None: must be a mapping of names to values"
 CHANGES = [
     *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
@@ -222,7 +220,6 @@ def test_a_row_is_refused(rig, row, tmp_path, monkeypatch):
 
 
 def test_numbers_of_any_library_are_accepted(rig):
-    """Scenes of equal numbers have the same description."""
     for value in (150, np.float32(150), np.int64(150), np.array(150.0), np.array(150), Fraction(300, 2)):
         described = Scene(rig, value, **BELT, pitches=()).describe()
         assert json.dumps(described) == json.dumps(Scene(rig, 150.0, **BELT).describe())
@@ -269,7 +266,6 @@ def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, ro
 
 
 def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
-    """Names of rigs, of rigs that they are like, and of configurations."""
     monkeypatch.chdir(tmp_path)
     base, rig = read_yaml(ROOT / "config/config.yaml"), shipped_rigs()["bench"].read_text(encoding="utf-8")
     for name, text in (("a{b}.yaml", rig), ("base}.yaml", rig), ("mine.yaml", "like: base}.yaml\n")):

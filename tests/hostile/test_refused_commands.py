@@ -61,7 +61,6 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
 
 @pytest.mark.parametrize(("words", "picture"), [([], "mine.png"), (["--out", "mine.svg"], "mine.svg")])
 def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture):
-    """Also when the rig is edited and checked in turn."""
     (folder / "rigs").mkdir()
     for name, like in (("mine.yaml", "bench"), ("rigs/mine.yaml", "paper")):
         assert run_command("new", name, "--like", like).code == 0
@@ -138,7 +137,6 @@ def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, clo
 
 
 def test_a_full_disk_names_the_file_and_changes_none(folder, belt_file, monkeypatch):
-    """Before the run or while the file is written."""
     recording, old, before = load_recording(belt_file), Path("short.npz").read_bytes(), sorted(folder.rglob("*"))
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))

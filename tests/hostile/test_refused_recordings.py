@@ -64,7 +64,6 @@ def test_a_recording_that_was_cut_off_is_refused(tmp_path, belt_file, share):
 
 @pytest.mark.parametrize("lacks", [True, False])
 def test_a_recording_with_other_arrays_than_this_version_records_is_refused(tmp_path, belt_file, lacks):
-    """Of an earlier version, or of a later one, of the same format."""
     meta, arrays = read_npz(belt_file, "recording", np.inf)
     name = "gap" if lacks else "more"
     arrays = {key: arrays[key] for key in arrays if key != name} if lacks else arrays | {name: arrays["gap"]}

@@ -17,7 +17,6 @@ def test_a_peak_between_two_steps_is_found(make_scene):
     work.tooth_force[:], work.wheel_force[:] = 0.0, 0.0
 
     def logged(forces):
-        """Interval of an arc with these forces from step to step."""
         contact_log = make_record(1, state, 1, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
             work.tooth_force[4] = force

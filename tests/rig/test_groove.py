@@ -11,15 +11,12 @@ from trackdyn.rig.sections import GrooveParameters
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
-# a second groove, for which every property must hold, too
-WIDE = {
-    "seat_depth": 0.001, "slope_bottom": 25, "slope_low": 0.0, "slope_seat": 30, "slope_tip": 65, "r2": 0.052,
-    "r3": 0.033, "r4": 0.030, "r5": 0.045,
-}  # fmt: skip
-
 
 def wide(**changes):
-    return build_groove(GrooveParameters(**WIDE | changes), 13, 0.0577, 0.030, 0.3268)
+    """A second groove, for which every property must hold, too."""
+    values = {"seat_depth": 0.001, "slope_bottom": 25, "slope_low": 0.0, "slope_seat": 30, "slope_tip": 65}
+    values |= {"r2": 0.052, "r3": 0.033, "r4": 0.030, "r5": 0.045} | changes
+    return build_groove(GrooveParameters(**values), 13, 0.0577, 0.030, 0.3268)
 
 
 @pytest.fixture(params=["shipped", "wide"])
@@ -48,11 +45,10 @@ def test_table_1_is_mirror_symmetric_from_tooth_line_to_tooth_line(groove):
 
 def test_seat_holds_the_connector_at_its_depth(rig):
     groove, seat = rig.groove_profile, 3
-    rc, depth = rig.chain.connector_radius, rig.groove.seat_depth
     # an arc resting on the lowest point of area 3 has its centre r3 - r_C below O_3
-    height = groove.centre[seat - 1, 1] - (groove.radius[seat - 1] - rc)
+    height = groove.centre[seat - 1, 1] - (groove.radius[seat - 1] - rig.chain.connector_radius)
     pin_height = sqrt(rig.pin_circle**2 - rig.connector_length**2 / 4)
-    assert height == pytest.approx(pin_height - depth, abs=EXACT)
+    assert height == pytest.approx(pin_height - rig.groove.seat_depth, abs=EXACT)
 
 
 def test_groove_worked_out_in_another_order_is_reproduced():
@@ -66,10 +62,8 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     np.testing.assert_allclose(groove.centre[:5], np.array(centre) / 1e3, rtol=0, atol=2e-6)
     np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
     np.testing.assert_allclose(np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2)
-    direction = [
-        (0.38316, 0.92368), (-0.74841, -0.66324), (-0.37461, -0.92718), (0.25245, 0.96761), (-0.20146, -0.9795),
-    ]  # fmt: skip
-    np.testing.assert_allclose(groove.direction[:5], direction, rtol=0, atol=1e-4)
+    direction = [0.38316, -0.74841, -0.37461, 0.25245, -0.20146], [0.92368, -0.66324, -0.92718, 0.96761, -0.9795]
+    np.testing.assert_allclose(groove.direction[:5].T, direction, rtol=0, atol=1e-4)
     assert groove.addendum == pytest.approx(0.350164, abs=2e-6)
 
 
@@ -139,8 +133,7 @@ def test_true_depth_is_the_signed_distance_to_the_profile(rig):
     out, angle = rng.uniform(0.25, 0.36, 400), rng.uniform(-half, half, 400)
     points = np.column_stack([out * np.sin(angle), out * np.cos(angle)])
     distance = np.array([np.hypot(*(around - point).T).min() for point in points])
-    order = np.argsort(profile[:, 0])
-    below = points[:, 1] < np.interp(points[:, 0], *profile[order].T)
+    below = points[:, 1] < np.interp(points[:, 0], *profile[np.argsort(profile[:, 0])].T)
     clear = distance > 1e-4  # a point on the profile itself may count for either side
     depth = true_depth(groove, radius, points)
     expected = radius - np.where(below, -distance, distance)

@@ -78,7 +78,6 @@ def test_a_step_that_flips_is_refused_within_two_seconds(monkeypatch):
 
 
 def test_springs_of_arms_hold_what_lies_on_them(settled):
-    """Moments about the pivot from contact forces and weight, against those of the torsion spring."""
     loop = settled("m113")
     loop.energy  # noqa: B018
     suspensions, rig = loop.arrays.model.suspensions, loop.scene.rig

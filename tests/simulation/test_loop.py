@@ -33,7 +33,6 @@ def loop(driven_loop):
 
 
 def test_steps_and_advance_are_the_same_motion(loop):
-    """To the last bit if the calls are the same, to rounding if they are cut in another way."""
     advanced, again, cut, ticks = loop.copy(), loop.copy(), loop.copy(), []
     advanced.advance(0.5123, ticks.append)
     assert ticks == pytest.approx([0.25, 0.25, 0.0123], abs=1e-12)
@@ -130,7 +129,6 @@ def test_simulate_is_a_loop_that_waits_and_records(make_scene):
 
 
 def test_the_sprocket_follows_its_ramps_exactly(loop):
-    """From a speed on the ramp to another, from there to rest."""
     per_rpm = -np.pi / 30 / loop.scene.rig.sprocket.transmission_ratio
     for start, end, ramp in ((115.0, 210.0, 0.05), (210.0, 90.0, 0.02), (90.0, 0.0, 0.03)):
         begin = loop.time

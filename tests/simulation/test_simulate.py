@@ -77,7 +77,6 @@ def test_a_run_that_diverges_names_time_and_place_and_leaves_no_file(
 
 
 def read_back(run, path):
-    """The recording as its file gives it: the same scene and arrays, and the same measures."""
     run.save(path)
     back = load_recording(path)
     assert back.scene == run.scene

@@ -72,7 +72,6 @@ def test_answers_are_compared_over_the_same_pitches():
 
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_with_a_reason(make_scene, monkeypatch):
-    """Doubt that a finer run does not share is a reason, not a refusal."""
     monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.step_check.LARGEST_SHARE", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).resolution
