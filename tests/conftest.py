@@ -12,7 +12,7 @@ import multiprocessing.process
 import shutil
 import subprocess
 import sys
-from collections import Counter, namedtuple
+from collections import namedtuple
 from functools import cache
 from pathlib import Path
 
@@ -61,12 +61,6 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("browser")
             if config.getoption("--no-kernels"):  # playwright does not survive that its process is refused
                 item.add_marker(pytest.mark.skip(reason="starts a process"))
-
-
-def pytest_terminal_summary(terminalreporter):
-    skipped = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", []))
-    for reason, count in skipped.most_common():
-        terminalreporter.write_line(f"{count} skipped: {reason.removeprefix('Skipped: ')}")
 
 
 @pytest.fixture(scope="session")

@@ -16,8 +16,8 @@ SCENES = {
     "linearly implicit": {"integrator": "linearly_implicit", **LAWS},
     "spatial": {"space": "spatial", "tension": "locked", **LAWS},
 }  # fmt: skip
-DAHL = {"ring_contact__friction_law": "dahl", "ring_contact__shear_stiffness": 5e4}
-SCENES |= {f"dahl {name}": SCENES[name] | {"rig": DAHL} for name in ("default", "linearly implicit")}
+DAHL = {"rig": {"ring_contact__friction_law": "dahl", "ring_contact__shear_stiffness": 5e4}}
+SCENES |= {f"dahl {name}": SCENES[name] | DAHL for name in ("default", "linearly implicit")}
 TEN_STEPS = """
 import functools, pickle, sys
 from pathlib import Path

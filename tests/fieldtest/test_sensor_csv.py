@@ -301,9 +301,8 @@ def test_signs_between_thousands_are_read_with_a_decimal_sign(comma, tmp_path):
 
 def stamped(path, t, decimals=None):
     """A file whose ay is a sine of 7 Hz at the true times, with stamps of some decimals or in single precision."""
-    text = (str(x) for x in t.astype(np.float32)) if decimals is None else (f"{x:.{decimals}f}" for x in t)
-    rows = (f"{stamp},{y:.6f}" for stamp, y in zip(text, np.sin(2 * np.pi * 7 * t), strict=True))
-    return write(path, "t_s,ay_g\n" + "\n".join(rows) + "\n")
+    text = [str(x) for x in t.astype(np.float32)] if decimals is None else [f"{x:.{decimals}f}" for x in t]
+    return write(path, each(t.size, lambda k: f"{text[k]},{np.sin(2 * np.pi * 7 * t[k]):.6f}", "t_s,ay_g"))
 
 
 @pytest.mark.parametrize(("rate", "start", "decimals"), [

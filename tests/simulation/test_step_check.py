@@ -10,7 +10,7 @@ from trackdyn.simulation import energy_balance, step_check
 from trackdyn.simulation.energy_balance import check_energy_balance, open_share
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.rig_check import try_steps
-from trackdyn.simulation.step_check import NO, ONE_STEP, OPEN, YES, Alternation, Difference, RunStatistics, StepCheck
+from trackdyn.simulation.step_check import DOUBTFUL_SHARE, NO, ONE_STEP, OPEN, YES, Alternation, Difference, doubt
 
 
 @pytest.fixture(scope="module")
@@ -19,33 +19,25 @@ def running(make_scene):
 
 
 def statistics(rms, peaks, shares=(0.0, 0.0, 0.0)):
-    return RunStatistics(np.array(rms), np.array(peaks), np.array(shares))
+    return step_check.RunStatistics(np.array(rms), np.array(peaks), np.array(shares))
 
 
-@pytest.mark.parametrize("doubtful", [False, True])
-@pytest.mark.parametrize("short", [False, True])
-def test_alternation_and_peaks_of_one_step_are_doubted(doubtful, short):
-    share, of_one_step = (1.1 if doubtful else 0.9) * step_check.DOUBTFUL_SHARE, (1.1 if short else 0.9) * ONE_STEP
+@pytest.mark.parametrize("share", [0.9 * DOUBTFUL_SHARE, 1.1 * DOUBTFUL_SHARE])
+@pytest.mark.parametrize("of_one_step", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
+def test_alternation_and_peaks_of_one_step_are_doubted(share, of_one_step):
     run = statistics([1.0], [1.0, 0.3, 0.2], [of_one_step, 1.0, 0.0])  # the second side carries little
-    assert run.doubtful("left") == short and run.doubtful("right") and not run.doubtful("ring")
-    assert bool(step_check.doubt(Alternation(share, 100, 1.1), run)) == (doubtful or short)
-    for alternation in (Alternation(share, 100, 0.9), Alternation(share, 9, 1.1)):
-        assert not step_check.doubt(alternation, run)
+    assert run.doubtful("left") == (of_one_step > ONE_STEP) and run.doubtful("right") and not run.doubtful("ring")
+    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > DOUBTFUL_SHARE or of_one_step > ONE_STEP)
+    assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
 
 
-RMS, PEAKS, LARGEST = step_check.RMS, step_check.PEAKS, step_check.LARGEST_SHARE
-
-
-@pytest.mark.parametrize(
-    ("difference", "state"),
-    [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)],
-)
-def test_a_finer_step_decides_doubt(make_scene, difference, state):
-    check = StepCheck(make_scene(115.0), 1e-4)
-    check.reason, check.difference = "it flips", Difference(*difference)
+@pytest.mark.parametrize(("rms", "peaks", "state"), [(np.nan, np.nan, NO), (0, 0, YES), (0.6, 0, NO), (0, 0.6, NO)])
+def test_a_finer_step_decides_doubt(make_scene, rms, peaks, state):
+    check, largest = step_check.StepCheck(make_scene(115.0), 1e-4), step_check.LARGEST_SHARE
+    check.reason, check.difference = "it flips", Difference(rms * step_check.RMS, peaks * step_check.PEAKS)
     # steps that flip are never called resolved: their samples are not
-    resolved, flipping = (check.resolution(Alternation(share * LARGEST, 100, 5.0)) for share in (0.9, 1.1))
-    assert resolved.state == state and resolved.share == 0.9 * LARGEST and flipping.state == NO
+    resolved, flipping = (check.resolution(Alternation(share * largest, 100, 5.0)) for share in (0.9, 1.1))
+    assert resolved.state == state and resolved.share == 0.9 * largest and flipping.state == NO
     assert bool(resolved.reason) == (state != YES)
 
 
@@ -85,7 +77,7 @@ def test_a_trial_halves_until_the_answer_holds_or_finds_none(running, rig, monke
     step, tried = try_steps(running, 115.0)
     assert step == tried[-2] and tried[0] == 1e-4 and running.time == 0.0
     made = iter([Difference(0.0, 0.011), Difference(0.009, 0.009)])
-    monkeypatch.setattr(RunStatistics, "difference", lambda *_: next(made, Difference(0.02, 0.0)))
+    monkeypatch.setattr(step_check.RunStatistics, "difference", lambda *_: next(made, Difference(0.02, 0.0)))
     step, tried = try_steps(running, 115.0)
     assert step == tried[1] and len(tried) == 3
     assert try_steps(running, 115.0)[0] is None
@@ -131,7 +123,7 @@ def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_only(rig, rms, l
             raise InputError("no such run")
         return statistics([rms], [left, 0.0, 0.0])
 
-    check, coarse = StepCheck(scene, scene.time_step), statistics([1.0], [100.0, 0.0, 0.0])
+    check, coarse = step_check.StepCheck(scene, scene.time_step), statistics([1.0], [100.0, 0.0, 0.0])
     check.judge(2.0, quiet, coarse, rerun)
     assert check.resolution(quiet).state == OPEN and not tried
     check.judge(2.0, quiet, coarse, rerun, first=True)
