@@ -153,7 +153,6 @@ def set_model(loop, **fields):
 def next_samples(loop, samples, pitches=(), frame_stride=0, log_rows=0):
     """Arrays of the next samples by the time loop, ``log_rows`` contacts that end among them."""
     frames = -(-samples // frame_stride) if frame_stride else 0
-    sensors = len(loop.model.sensors.body)
-    record = make_record(samples, loop.state, sensors, pitches, frames, frame_stride, log_rows)
+    record = make_record(samples, loop.state, len(loop.model.sensors.body), pitches, frames, frame_stride, log_rows)
     loop.fill(record, 0, samples)
     return SimpleNamespace(**record._asdict() | record.samples._asdict())

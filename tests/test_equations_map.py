@@ -55,8 +55,7 @@ def depth_after(model, state, arc, seconds):
 
 def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     """Central difference of the depth against the velocity that the damping force and its memory show."""
-    loop = driven_loop(None)
-    model, state, work, _ = loop.arrays
+    model, state, work, _ = driven_loop(None).arrays
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
     model = without_extrapolation(model._replace(tooth=model.tooth._replace(law=law)), work)
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))

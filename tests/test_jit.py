@@ -313,5 +313,4 @@ def test_a_kernel_within_another_prints_and_raises(copy):
         for folder in (copy.root.parents[1] / "cache").glob("*/*"):
             if folder.is_dir() and folder.name not in remaining:
                 shutil.rmtree(folder)
-        printed = copy.start(code=OUTER_CALLS).communicate()
-        assert printed == ("x = 1.0\nx = 3.0\ntoo large\n", "")
+        assert copy.start(code=OUTER_CALLS).communicate() == ("x = 1.0\nx = 3.0\ntoo large\n", "")

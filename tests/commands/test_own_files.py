@@ -15,6 +15,7 @@ from trackdyn.inputs.files import write_text
 from trackdyn.rig.rig_file import shipped_rigs
 
 RING = ["ring", "a.yaml", "--rpm", "115,210", "--radii", "0.302,0.304", "--out", "f", "-q"]
+SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
 FILES = ["ring.csv", *PICTURE_FILES, "ring.html"]
 
 
@@ -47,10 +48,6 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr("trackdyn.commands.studies._write_study", write_study)
     monkeypatch.setattr("trackdyn.sweeps.sweep.sweep", sweep)
     return tmp_path
-
-
-def replaced(old, new, words):
-    return [new if word == old else word for word in words]
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -92,25 +89,38 @@ def test_a_file_belongs_to_its_command_also_where_it_is_killed_while_it_takes_it
     assert not is_own(written(Path("f.csv"), "edited"), ["d.csv"])
 
 
-# words of the command and others in their place, and whether its files may be replaced by those
-@pytest.mark.parametrize(("old", "new", "same"), [
+# words of a command and others in their place, and whether its files may be replaced by those
+OTHER_RINGS = [
     ("a.yaml", "b.yaml", False), ("115,210", "115", False), ("115,210", "115,211", False),
     ("0.302,0.304", "0.302", False), ("0.302,0.304", "0.302,0.305", False), ("-q", "--step=1e-4", False),
     ("115,210", "210,115.0", True), ("115,210", "115:210:2", True), ("115,210", "1.15e2,210,210", True),
     ("0.302,0.304", "0.304,0.3020", True), ("f", "./f/../f/", True), ("f", "{folder}/f", True), ("f", "link", True),
     ("a.yaml", "./a.yaml", True), ("a.yaml", "{folder}/a.yaml", True), ("a.yaml", "copy.yaml", True),
-])  # fmt: skip
-def test_a_folder_belongs_to_its_study_however_it_is_spelled(folder, old, new, same):
+]  # fmt: skip
+OTHER_SWEEPS = [
+    ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
+    ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
+]  # fmt: skip
+
+
+ROWS = [(words, *row) for words, rows in ((RING, OTHER_RINGS), (SWEEP, OTHER_SWEEPS)) for row in rows]
+
+
+@pytest.mark.parametrize(("words", "old", "new", "same"), ROWS)
+def test_results_belong_to_their_study_or_sweep_however_it_is_spelled(folder, words, old, new, same):
     """A study of another rig, or with fewer radii, took the place of a study without a word."""
-    assert run_command(*RING).code == 0
+    results = Path("f/ring.csv" if words is RING else "r.csv")
+    assert run_command(*words).code == 0
     Path("link").symlink_to("f")
-    shutil.copy("a.yaml", "copy.yaml")
-    before = Path("f/ring.csv").read_bytes()
-    done = run_command(*replaced(old, new.format(folder=folder), RING))
+    written(Path("e.csv"), "motor_rpm\n210\n")
+    for name, other in (("a.yaml", "copy.yaml"), ("d.csv", "moved.csv")):
+        shutil.copy(name, other)
+    before = results.read_bytes()
+    done = run_command(*[new.format(folder=folder) if word == old else word for word in words])
     assert (done.code == 0) == same, done.err
     if not same:
-        assert "ring.csv exists; give another name, or --overwrite" in done.err
-        assert Path("f/ring.csv").read_bytes() == before
+        assert f"{results.name} exists; give another name, or --overwrite" in done.err
+        assert results.read_bytes() == before
 
 
 def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is_edited(folder):
@@ -119,23 +129,6 @@ def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is
         rig.write("# edited\n")
     assert run_command(*RING[:4], *RING[6:]).code == 0
     assert run_command(*RING).code == 1
-
-
-SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
-
-
-@pytest.mark.parametrize(("old", "new", "same"), [
-    ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
-    ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
-])  # fmt: skip
-def test_results_of_a_sweep_are_replaced_by_those_of_the_same_design_and_rig(folder, old, new, same):
-    assert run_command(*SWEEP).code == 0
-    written(Path("e.csv"), "motor_rpm\n210\n")
-    shutil.copy("d.csv", "moved.csv")
-    before = Path("r.csv").read_bytes()
-    done = run_command(*replaced(old, new.format(folder=folder), SWEEP))
-    assert (done.code == 0) == same, done.err
-    assert same or ("r.csv exists; give another name" in done.err and Path("r.csv").read_bytes() == before)
 
 
 def test_an_edited_design_replaces_its_own_results_and_nothing_is_replaced_without_a_note(folder):

@@ -70,8 +70,7 @@ def test_slope_with_the_slip_is_that_of_the_displacement(law, shear, slip):
 
 
 def test_links_on_a_ring_follow_the_closed_form_from_step_to_step(driven_loop):
-    loop = driven_loop(0.308)
-    model, state, work, _ = loop.arrays
+    model, state, work, _ = driven_loop(0.308).arrays
     law = model.wheels.law[SPROCKET : SPROCKET + 1]
     law["shear_stiffness"], law["friction_static"] = STIFFNESS, MU
     for rates in (state.rate, state.pin[2:], state.shear):

@@ -13,8 +13,7 @@ from trackdyn.model.arrays import FLANK, RING, SURFACE, components
 @pytest.fixture(params=[None, 0.303, 0.308])
 def loop(request, driven_loop):
     """Return model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
-    loop = driven_loop(request.param)
-    model, state, work, _ = loop.arrays
+    model, state, work, _ = driven_loop(request.param).arrays
     chain = model.chain
     model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     # the step closes positions; pins of the cut move apart by its error, and bodies would depend on where the cut is

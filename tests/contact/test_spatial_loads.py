@@ -89,8 +89,7 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
 
 
 def test_action_and_reaction(make_spatial):
-    motion = (0.007, 0.02, 0.03, -0.02)  # beyond the play of the guides
-    model, state = make_spatial(motion=motion, **TILTED)
+    model, state = make_spatial(motion=(0.007, 0.02, 0.03, -0.02), **TILTED)  # beyond the play of the guides
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
     model = model._replace(tooth=model.tooth._replace(arc_radius=model.tooth.arc_radius + 2e-4))
     work, spatial = evaluate(model, state)

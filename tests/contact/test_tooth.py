@@ -135,8 +135,7 @@ def test_boundaries_of_the_grooves_belong_to_a_neighbour():
 
 @pytest.mark.parametrize("ring_radius", [None, 0.303])
 def test_turning_the_sprocket_by_a_groove_changes_no_force(driven_loop, ring_radius):
-    loop = driven_loop(ring_radius)
-    model, state, work, _ = loop.arrays
+    model, state, work, _ = driven_loop(ring_radius).arrays
     impact, start = (state.tooth_impact.copy(), state.wheel_impact.copy()), state.wheel_angle[0]
 
     def turned(pitches):

@@ -41,8 +41,7 @@ def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
 
 def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     """``J w' = -a N tanh(w / s)``: ``sinh(w / s)`` decays exponentially, far from rest w falls by ``a N t / J``."""
-    loop = Loop(scene_of(bench, **LAWS))
-    model, state, work, _ = loop.arrays
+    model, state, work, _ = Loop(scene_of(bench, **LAWS)).arrays
     for array in (*work.sweep, state.rate, work.wheel_torque):
         array[...] = 0.0
     load, inertia, first = 6000.0, model.wheels.inertia[IDLER], 2.0

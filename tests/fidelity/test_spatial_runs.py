@@ -88,8 +88,7 @@ def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     )
     assert np.array_equal(record.frame, again.frame) and np.array_equal(record.plane, again.plane)
     assert np.abs(record.plane[-1, 0]) > 1e-5
-    signs = [-1, -1, -1, -1, 1, -1, -1, 1]
     # every operation has its mirror image with the same rounding
-    np.testing.assert_allclose(mirror.plane, record.plane * signs, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(mirror.plane, record.plane * [-1, -1, -1, -1, 1, -1, -1, 1], rtol=0, atol=1e-12)
     np.testing.assert_allclose(mirror.frame, record.frame, rtol=0, atol=1e-12)
     np.testing.assert_allclose(mirror.axial_force, -record.axial_force, rtol=0, atol=1e-6)

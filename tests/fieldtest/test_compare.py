@@ -61,8 +61,7 @@ def test_a_sensor_of_any_rate_is_what_the_simulation_would_have_recorded(recordi
 @pytest.mark.parametrize("rate", [418.2, 833.0, 1344.0, 2048.0])
 def test_a_record_of_any_rate_does_not_differ_from_its_simulation(recording, rate):
     """The sensor's record holds means over its own samples of a signal of lines below 100 Hz."""
-    hz = recording.periods.loop_hz
-    waves = [(0.8, hz, 0.3), (0.3, 27.0, 1.0), (0.05, 90.0, 2.0)]
+    waves = [(0.8, recording.periods.loop_hz, 0.3), (0.3, 27.0, 1.0), (0.05, 90.0, 2.0)]
 
     def means_of(rate, count):
         edges = np.arange(count + 1) / rate

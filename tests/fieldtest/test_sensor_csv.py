@@ -435,8 +435,7 @@ def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
 def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
     header = f"time{f' ({unit})' * named},ay_g"
     text = each(40, lambda k: f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}", header)
-    record = read_sensor(write(tmp_path / "record.csv", text))
-    assert record.rate == pytest.approx(rate, rel=1e-3)
+    assert read_sensor(write(tmp_path / "record.csv", text)).rate == pytest.approx(rate, rel=1e-3)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2)])

@@ -97,8 +97,7 @@ CHAINS = [(13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093
 @pytest.mark.parametrize(("teeth", "link", "polygon", "thickness", "expected"), CHAINS)
 def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon, thickness, expected):
     """Sides of two lengths that turn by pi / teeth at every pin close after a turn of the sprocket."""
-    middle = polygon + thickness / 2
-    connector = connector_length(teeth, link, np.hypot(middle, link / 2))
+    connector = connector_length(teeth, link, np.hypot(polygon + thickness / 2, link / 2))
     pins = closed_walk(np.tile([link, connector], teeth), pi / teeth)
     assert np.hypot(*pins.T) == pytest.approx(np.hypot(*pins[0]), rel=1e-9)
     links = 0.5 * (pins[0::2] + np.roll(pins, 1, axis=0)[0::2])  # middles of the sides that end at corners 0, 2, ...

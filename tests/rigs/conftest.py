@@ -13,8 +13,7 @@ SPROCKET_RPM = 30.0
 
 def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
     rpm = sprocket_rpm * rig.sprocket.transmission_ratio
-    probe = Scene(rig, rpm, step=1e-6)
-    limit = largest_step(probe.model, 1.2 * rig.tension.pre_tension)
+    limit = largest_step(Scene(rig, rpm, step=1e-6).model, 1.2 * rig.tension.pre_tension)
     sample = 1.0 / rig.rate
     step = sample / ceil(sample / min(0.3 * limit, 1e-4))  # beyond, contacts of the M113 and the robot flip
     return Scene(rig, rpm, **{"duration": 0.5, "lead_in": 0.2, "ramp": 0.3, "step": step} | fields)

@@ -10,8 +10,7 @@ from trackdyn.rig.rig import load_rig
 
 def arcs_of(groove):
     half = len(groove.radius) // 2
-    sign = np.where(groove.convex, 1.0, -1.0)
-    return np.column_stack([groove.centre, groove.radius, sign])[:half]
+    return np.column_stack([groove.centre, groove.radius, np.where(groove.convex, 1.0, -1.0)])[:half]
 
 
 @pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", RIG])

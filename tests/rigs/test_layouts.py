@@ -60,6 +60,5 @@ def test_slow_and_slack_strands_are_tensioned(number):
 
 
 def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
-    rig = random_rig(122)
-    scene = at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4)
+    scene = at_an_allowed_step(random_rig(122).changed(tension__pre_tension=1100.0), 0.4)
     refused(settle, scene, match=r"pre_tension = 1100 N: must exceed .*; 4\d{3} N of chain hang below")

@@ -70,8 +70,7 @@ def test_joint_forces_are_those_of_the_multipliers(rig):
     for step in (1e-6, 1e-7):
         loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=1e-4))
         state, chain = loop.arrays.state, loop.model.chain
-        extra = np.random.default_rng(1).normal(0.0, 3.0, 10)
-        state.rate[:] += closed_rates(chain.length, state.angle, extra)
+        state.rate[:] += closed_rates(chain.length, state.angle, np.random.default_rng(1).normal(0.0, 3.0, 10))
         state.pin[2:] += 0.3, 0.8
         set_model(loop, step=step)
         motion = state.angle.copy(), state.rate.copy()
