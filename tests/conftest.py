@@ -115,12 +115,9 @@ def written(path, text):
 
 
 def python(code, *words, check=True, cwd=None, **environment):
-    """Run code in a process of its own, with these words as arguments and these variables of the environment."""
-    ended = subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)], env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
-        cwd=cwd, capture_output=True, text=True,
-    )  # fmt: skip
-    assert not (check and ended.returncode), ended.stderr
+    """Run code in another Python, which finds the packages in any folder; by default it must not fail."""
+    ended = run_python("-c", code, *words, cwd=cwd, PYTHONPATH=ROOT, **environment)
+    assert not (check and ended.code), ended.err
     return ended
 
 

@@ -77,9 +77,9 @@ def without_extras(*arguments):
 
 def test_the_simulator_needs_no_extra_and_a_command_whose_extra_is_missing_names_it(tmp_path):
     ended = without_extras("simulate", tmp_path / "run.npz", "--duration", "0.1", "--lead-in", "0")
-    assert ended.returncode == 0 and (tmp_path / "run.npz").exists(), ended.stderr
+    assert ended.code == 0 and (tmp_path / "run.npz").exists(), ended.err
     ended = without_extras("rigs")
-    assert ended.returncode == 0 and "paper" in ended.stdout, ended.stderr
+    assert ended.code == 0 and "paper" in ended.out, ended.err
     ended = without_extras("show", tmp_path / "run.npz")
-    assert ended.returncode == 1 and ended.stderr.startswith("trackdyn: ") and ended.stderr.count("\n") == 1
-    assert "in the clone: pip install -e '.[report]'" in ended.stderr, ended.stderr
+    assert ended.code == 1 and ended.err.startswith("trackdyn: ") and ended.err.count("\n") == 1
+    assert "in the clone: pip install -e '.[report]'" in ended.err, ended.err

@@ -65,7 +65,7 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, rig, tmp_pat
             loop.arrays.state.plane.motion[:2] = 0.0055, 0.1  # beyond the play of the guides, m and m/s
         (tmp_path / f"{name}.loop").write_bytes(pickle.dumps(loop))
     python(TEN_STEPS, tmp_path, ".compiled")
-    never_called = python(TEN_STEPS, tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").stdout.split()
+    never_called = python(TEN_STEPS, tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").out.split()
     assert never_called == ["_first_beyond"], "which looks for the body where a run diverged"
     for name in SCENES:
         compiled, interpreted = (read(tmp_path / f"{name}.{kind}.npz") for kind in ("compiled", "interpreted"))

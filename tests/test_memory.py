@@ -50,5 +50,5 @@ def test_the_limit_of_the_address_space_counts():
         f"resource.setrlimit(resource.RLIMIT_AS, (10**9, {resource.RLIM_INFINITY})); "
         "print(free_memory(), psutil.Process().memory_info().vms)"
     )
-    free, taken = map(float, python(code).stdout.split())
+    free, taken = map(float, python(code).out.split())
     assert 0 < free <= 10**9 - 0.9 * taken

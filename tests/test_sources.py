@@ -104,7 +104,7 @@ def test_the_lock_of_an_editor_beside_a_source_disturbs_nothing(tmp_path):
         if lock:
             lock.symlink_to("me@here.1234:5678")
         assert not edited_after(tmp_path, "inside", 10**6, ["read"])
-        digests.append(python(code, cwd=tmp_path).stdout)
+        digests.append(python(code, cwd=tmp_path).out)
     assert digests[0] == digests[1] != ""
 
 
@@ -116,7 +116,7 @@ def edited_after(folder, inside, age, steps):
     ours = folder / ("trackdyn/ours.py" if inside == "inside" else "ours.py")
     ours.write_text("A = 1")
     os.utime(ours, ns=(time.time_ns() - 10**9 * age,) * 2)
-    return python(EDITED, folder, inside, *steps).stdout == "True\n"
+    return python(EDITED, folder, inside, *steps).out == "True\n"
 
 
 def test_the_files_of_a_row_are_these():
@@ -136,7 +136,7 @@ print(sources.module_hash("trackdyn.rig.rig"), len(parsed))
 
 def test_hashes_are_those_of_the_files_whatever_an_earlier_process_kept(tmp_path):
     def hashed():
-        return python(HASHES, TRACKDYN_CACHE=str(tmp_path)).stdout.split()
+        return python(HASHES, TRACKDYN_CACHE=str(tmp_path)).out.split()
 
     (right, parsed), (again, none) = hashed(), hashed()
     (file,) = tmp_path.glob("sources-*.json")

@@ -19,7 +19,7 @@ COMMANDS = typer.main.get_command(app).commands
 
 
 def loaded(code, *words):
-    *printed, modules = python(f"import sys; {code}; print(); print(*sys.modules)", *words).stdout.splitlines()
+    *printed, modules = python(f"import sys; {code}; print(); print(*sys.modules)", *words).out.splitlines()
     return {name.partition(".")[0] for name in modules.split()}, "\n".join(printed)
 
 
