@@ -1,8 +1,7 @@
 """Sources that a stored result depends on: the files that a script or a module imports, without running them.
 
 Snakemake detects edits in the script of a rule, but not in its imports. Rules and stored rows therefore have the hash
-of all these files, which this module collects, so that no list can become outdated. Compiled kernels and recordings
-have the hash of the kernels' folders.
+of all these files; compiled kernels and recordings have that of the kernels' folders.
 
 A file is hashed by its syntax tree without docstrings: comments and layout change no hash. A process reads every file
 once, so that a hash is that of one state of the sources, and `edited` checks that it is still that of the code in
@@ -262,10 +261,7 @@ def kernel_files() -> list[Path]:
 
 @cache
 def kernel_digest() -> str:
-    """Return the `digest` of the kernels, which make a recording.
-
-    It does not include the processor, so that results can be moved to another machine.
-    """
+    """Return the `digest` of the kernels, without the processor: results can be moved to another machine."""
     return digest(kernel_files(), Path(__file__).parent)
 
 

@@ -25,8 +25,7 @@ from trackdyn.model.constants import Chain, Model, Wheels
 def orient(angle, cos, sin):
     """Write cosine and sine of every body's angle."""
     for i in range(angle.shape[0]):
-        cos[i] = cosine(angle[i])
-        sin[i] = sine(angle[i])
+        cos[i], sin[i] = cosine(angle[i]), sine(angle[i])
 
 
 @inlined
@@ -55,8 +54,7 @@ def forward_kinematics(chain: Chain, state, work):
         gx, gy = mass_centre(chain, work, i)
         dx, dy, w = chain.length[i] * work.cos[i], chain.length[i] * work.sin[i], state.rate[i]
         work.pin_x[i], work.pin_y[i] = x, y
-        work.com_vx[i] = vx - w * gy
-        work.com_vy[i] = vy + w * gx
+        work.com_vx[i], work.com_vy[i] = vx - w * gy, vy + w * gx
         x += dx
         y += dy
         vx -= w * dy

@@ -19,8 +19,7 @@ from trackdyn.model.constants import Chain
 def factored(a11, a12, a13, a22, a23, a33):
     """Return the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of a symmetric positive definite 3 x 3 matrix."""
     l11 = sqrt(a11)
-    l21 = a12 / l11
-    l31 = a13 / l11
+    l21, l31 = a12 / l11, a13 / l11
     l22 = sqrt(a22 - l21 * l21)
     l32 = (a23 - l31 * l21) / l22
     return l11, l21, l31, l22, l32, sqrt(a33 - l31 * l31 - l32 * l32)
@@ -118,10 +117,8 @@ def _add_body(chain: Chain, work: Work, i, turning, s, e):
     """Add a body's equations about its input (A.2): ``S - B``, its loads; ``turning``: arm (m), square of its rate."""
     s11, s12, s13, s22, s23, s33 = s
     ex, ey, em = e
-    gx, gy, w2 = turning
-    m = chain.mass[i]
-    fx = work.force_x[i]
-    fy = work.force_y[i] - m * chain.gravity
+    (gx, gy, w2), m = turning, chain.mass[i]
+    fx, fy = work.force_x[i], work.force_y[i] - m * chain.gravity
     s = (s11 - m, s12, s13 + m * gy, s22 - m, s23 - m * gx, s33 - (chain.inertia[i] + m * (gx * gx + gy * gy)))
     return s, (
         (ex[0], ex[1], ex[2], ex[3] + (fx + m * w2 * gx)),
@@ -138,8 +135,7 @@ def _shift(dx, dy, w2, s, e):
     """
     s11, s12, s13, s22, s23, s33 = s
     ex, ey, em = e
-    ax = w2 * dx
-    ay = w2 * dy
+    ax, ay = w2 * dx, w2 * dy
     x3 = ex[3] + (s11 * ax + s12 * ay)
     y3 = ey[3] + (s12 * ax + s22 * ay)
     m3 = em[3] + (s13 * ax + s23 * ay)
@@ -163,11 +159,8 @@ def _hinge(gain, joint, torque, implicit_damping, s, e):
     """
     s11, s12, s13, s22, s23, s33 = s
     ex, ey, em = e
-    d = 1.0 / (s33 - implicit_damping)
-    p1 = s13 * d
-    p2 = s23 * d
-    q = -implicit_damping * d
-    g = em[3] - torque
+    d, g = 1.0 / (s33 - implicit_damping), em[3] - torque
+    p1, p2, q = s13 * d, s23 * d, -implicit_damping * d
     gain[joint, 0], gain[joint, 1], gain[joint, 2] = p1, p2, q
     gain[joint, 3], gain[joint, 4], gain[joint, 5], gain[joint, 6] = em[0] * d, em[1] * d, em[2] * d, g * d
     return (s11 - p1 * s13, s12 - p1 * s23, q * s13, s22 - p2 * s23, q * s23, q * s33), (
@@ -180,8 +173,7 @@ def _hinge(gain, joint, torque, implicit_damping, s, e):
 @fused
 def _meet(work: Work, s, e, behind_s, behind_e, implicit):
     """Solve for ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
-    s11, s12, s13, s22, s23, s33 = s
-    t11, t12, t13, t22, t23, t33 = behind_s
+    (s11, s12, s13, s22, s23, s33), (t11, t12, t13, t22, t23, t33) = s, behind_s
     factor = factored(-(s11 + t11), -(s12 + t12), -(s13 + t13), -(s22 + t22), -(s23 + t23), -(s33 + t33))
     end = work.sweep.end
     for k in range(4):
@@ -219,16 +211,13 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
                 _, _, dx, dy = _arms(chain, work, i)
                 behind_x, behind_y = _along_body(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
     for k in range(4):
-        base[0, k] = x[k]
-        base[1, k] = y[k]
+        base[0, k], base[1, k] = x[k], y[k]
         if implicit is None:
-            end[0, k] = behind_x[k]
-            end[1, k] = behind_y[k]
-            end[2, k] = behind_a[k]
+            end[0, k], end[1, k], end[2, k] = behind_x[k], behind_y[k], behind_a[k]
     if implicit is not None:
         for wheel in range(1, implicit.column.shape[0]):
-            implicit.base[wheel, 0] = implicit.column[wheel, 0]
-            implicit.base[wheel, 1] = implicit.column[wheel, 1]
+            for r in range(2):
+                implicit.base[wheel, r] = implicit.column[wheel, r]
 
 
 @fused
@@ -297,8 +286,7 @@ def accelerate(chain: Chain, state, work: Work, last):
     for i in range(alpha.shape[0]):
         alpha[i] = response_to(response, i, load) + response[i, 3]
     for i in range(last + 1):
-        work.pin_ax[i] = ax
-        work.pin_ay[i] = ay
+        work.pin_ax[i], work.pin_ay[i] = ax, ay
         dx, dy = chain.length[i] * work.cos[i], chain.length[i] * work.sin[i]
         w2 = rate[i] * rate[i]
         ax -= alpha[i] * dy + w2 * dx

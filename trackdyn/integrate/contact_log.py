@@ -15,21 +15,20 @@ def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
     candidates = work.candidates
     if candidates.count[2]:
         for arc in range(work.tooth_force.shape[0]):
-            _log(contact_log, state, work, 3 * (arc // 2) + arc % 2, (time, step))
+            _log(contact_log, work, 3 * (arc // 2) + arc % 2, time, step)
         for pitch in range(work.wheel_force.shape[0]):
-            _log(contact_log, state, work, 3 * pitch + 2, (time, step))
+            _log(contact_log, work, 3 * pitch + 2, time, step)
     else:
         for item in range(candidates.count[0]):
-            _log(contact_log, state, work, 3 * (candidates.arc[item] // 2) + candidates.arc[item] % 2, (time, step))
+            _log(contact_log, work, 3 * (candidates.arc[item] // 2) + candidates.arc[item] % 2, time, step)
         for item in range(candidates.count[1]):
             if candidates.link[item, 1] == SPROCKET:
-                _log(contact_log, state, work, 3 * candidates.link[item, 0] + 2, (time, step))
+                _log(contact_log, work, 3 * candidates.link[item, 0] + 2, time, step)
 
 
 @kernel
-def _log(contact_log: ContactLog, state: State, work: Work, i, when):
-    """Update interval ``3 pitch + side`` (0 left arc, 1 right arc, 2 ring); ``when`` is the time and the step, s."""
-    time, step = when
+def _log(contact_log: ContactLog, work: Work, i, time, step):
+    """Update interval ``3 pitch + side`` (0 left arc, 1 right arc, 2 ring) at a time after a step, s."""
     pitch, side = i // 3, i % 3
     entry, last = contact_log.open[i], contact_log.last[i]
     force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]

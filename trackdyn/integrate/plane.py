@@ -41,12 +41,9 @@ def update_frame(model: Model, state: State, space: SpaceWork):
     a[0, 0] = 1.0 - 2.0 * (e2 * e2 + e3 * e3)
     a[1, 1] = 1.0 - 2.0 * (e1 * e1 + e3 * e3)
     a[2, 2] = 1.0 - 2.0 * (e1 * e1 + e2 * e2)
-    a[0, 1] = 2.0 * (e1 * e2 - e0 * e3)
-    a[1, 0] = 2.0 * (e1 * e2 + e0 * e3)
-    a[0, 2] = 2.0 * (e1 * e3 + e0 * e2)
-    a[2, 0] = 2.0 * (e1 * e3 - e0 * e2)
-    a[1, 2] = 2.0 * (e2 * e3 - e0 * e1)
-    a[2, 1] = 2.0 * (e2 * e3 + e0 * e1)
+    a[0, 1], a[1, 0] = 2.0 * (e1 * e2 - e0 * e3), 2.0 * (e1 * e2 + e0 * e3)
+    a[0, 2], a[2, 0] = 2.0 * (e1 * e3 + e0 * e2), 2.0 * (e1 * e3 - e0 * e2)
+    a[1, 2], a[2, 1] = 2.0 * (e2 * e3 - e0 * e1), 2.0 * (e2 * e3 + e0 * e1)
     f, b, c = model.space.frame, space.relative, model.space.centre
     for w in range(f.shape[0]):
         for i in range(3):

@@ -139,8 +139,7 @@ def advance(model: Model, state: State, work: Work, implicit):
     for i in range(n):
         dw, c, s = delta_omega[i], cos[i], sin[i]
         ax, ay = rotated(chain.com_x[i], chain.com_y[i], c, s)
-        work.com_dvx[i] = dvx - dw * ay
-        work.com_dvy[i] = dvy + dw * ax
+        work.com_dvx[i], work.com_dvy[i] = dvx - dw * ay, dvy + dw * ax
         dvx -= dw * (chain.length[i] * s)
         dvy += dw * (chain.length[i] * c)
     far = 0

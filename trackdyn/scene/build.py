@@ -53,11 +53,8 @@ def make_law(
     contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed",
     shear_stiffness=0.0,
 ) -> Law:  # fmt: skip
-    """Return constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units).
-
-    ``normal_law`` is one of ``NORMAL_LAWS``; one that is unclipped reaches 1 + chi at first impact.
-    """
-    chosen = NORMAL_LAWS[normal_law]
+    """Return constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units)."""
+    chosen = NORMAL_LAWS[normal_law]  # one that is unclipped reaches 1 + chi at first impact
     loss = chosen.loss(restitution)
     return Law(
         form=FORMS[chosen.form], stiffness=pi * contact_length * composite_modulus / (2 * sqrt(2.0)), loss=loss,
@@ -103,14 +100,12 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
 
 
 def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
-    """Return the positions of the links and the connectors' arcs on the bodies.
-
-    A body of the single-pin chain is a link with an arc of the adjacent connectors at each end and its joints where the
-    middle lines of two links meet at equal pitch: arcs and links are in the grooves and on the ring as in double pin.
-    """
+    """Return the positions of the links and the connectors' arcs on the bodies."""
     n, a = rig.chain.pitches, rig.chain.link_length
     pitch = np.arange(n)
     if chain == "single_pin":
+        # a link with an arc of the adjacent connectors at each end, and joints where the middle lines of two links meet
+        # at equal pitch: arcs and links are in the grooves and on the ring as in double pin
         start = (rig.single_pin_pitch - a) / 2
         body, arc_body = pitch, np.column_stack([pitch, (pitch + 1) % n]).ravel()
         arcs = [start + a, start]

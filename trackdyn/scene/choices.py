@@ -1,8 +1,4 @@
-"""Choices of fidelity, independent of each other and ordered by cost.
-
-`decide` returns the settings of a scene with their reasons, `check_choices` refuses combinations without meaning. The
-presets are bundles of choices with a step, measured in ``docs/speed-and-accuracy.md``.
-"""
+"""Choices of fidelity, independent of each other and ordered by cost (``docs/speed-and-accuracy.md``)."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -102,20 +98,19 @@ def decide(scene) -> dict[str, Decision]:
     elif scene.space == "auto":
         reason = "nothing acts along the axes" if belt else "mirror-symmetric across the plane, no axial load"
         decisions["space"] = Decision("planar", reason)
-    if scene.friction == "auto":
-        decisions["friction"] = {
-            "spatial": Decision("independent", "3D motion: tangential and axial friction as printed"),
-            "planar": Decision("tangential", "planar: nothing moves along the axes"),
-        }[decisions["space"].setting]
+    if scene.friction == "auto" and decisions["space"].setting == "spatial":
+        decisions["friction"] = Decision("independent", "3D motion: tangential and axial friction as printed")
+    elif scene.friction == "auto":
+        decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     ring = Decision("none", "the scene has no ring: no link is tested against one")
+    wheels = Decision("turning", "all wheels turn freely; the sprocket's speed is prescribed")
     if belt:
+        wheels = Decision("none", "no wheel is touched")
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
         decisions |= dict.fromkeys(set(CHOICES) - {"chain", "space"}, nothing)
-        return decisions | {"ring": ring, "wheels": Decision("none", "no wheel is touched")}
-    if scene.ring_radius is not None:
+    elif scene.ring_radius is not None:
         ring = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
-    turning = Decision("turning", "all wheels turn freely; the sprocket's speed is prescribed")
-    return decisions | {"ring": ring, "wheels": turning}
+    return decisions | {"ring": ring, "wheels": wheels}
 
 
 # Combinations without meaning: field, condition on the facts of `check_choices`, and a message with reason and remedy,
@@ -172,14 +167,9 @@ def check_choices(scene) -> None:
     """Raise `InputError` for combinations of choices that make no sense (`REFUSALS`)."""
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
-    on_wheels = scene.chain != "belt"
-    carried = [name for name, wheel in rig.wheels.items() if wheel.suspension is not None]
+    wheels = {} if scene.chain == "belt" else rig.wheels
     # a wheel that another law slows must not lose its drag silently
-    armless = [
-        name
-        for name, wheel in rig.wheels.items()
-        if wheel.bearing_drag + wheel.bearing_torque > 0 and wheel.rolling_arm + wheel.seal_drag == 0
-    ]
+    slowed = {name: wheel for name, wheel in wheels.items() if wheel.bearing_drag + wheel.bearing_torque > 0}
     facts = SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
         bodies=scene.bodies, belt=scene.chain == "belt",
@@ -187,7 +177,8 @@ def check_choices(scene) -> None:
         dahl=", ".join(name for name, surface in rig.contact_surfaces.items() if surface.friction_law == "dahl"),
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="3D motion" if spatial else f"integrator={integrator!r}",
-        carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
+        carried=next((name for name, wheel in wheels.items() if wheel.suspension is not None), None),
+        armless=next((name for name, wheel in slowed.items() if wheel.rolling_arm + wheel.seal_drag == 0), None),
     )  # fmt: skip
     for field, when, remedy in REFUSALS:
         if when(facts):

@@ -230,14 +230,10 @@ class Scene(Choices):
 
     @cached_property
     def time_step(self) -> float:
-        """Step of the scene at the pre-tension, s: the requested one, else the usual or the largest allowed one.
-
-        Raises `InputError` as `allowed_step`.
-        """
+        """Step at the pre-tension, s: the requested one, else the usual or the largest allowed one."""
         step = usual_step(self) if self.step is None else self.step
-        if self.chain == "belt":  # a path without equations
-            return step
-        return allowed_step(self, step, self.rig.tension.pre_tension, MARGIN)
+        belt = self.chain == "belt"  # a path without equations
+        return step if belt else allowed_step(self, step, self.rig.tension.pre_tension, MARGIN)
 
     @cached_property
     def _model(self) -> Model:
@@ -309,10 +305,7 @@ class StopRule(Section):
 
 
 def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
-    """Return fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows.
-
-    Raises `InputError`: the turns take longer than a record may.
-    """
+    """Return fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
     seconds = rule.longest_turns * Periods.at(rig, rpm).loop
     if not seconds <= LONGEST_RUN:
         raise InputError(

@@ -51,11 +51,7 @@ def path_error(energy, model, seconds: float) -> float:
 
 
 def check_energy_balance(energy, model, seconds: float) -> None:
-    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large.
-
-    Under contact forces larger than `scene.step.step_limits` assumes (a very tight loop, bushings that hardly turn)
-    friction chatters from step to step until it adds energy.
-    """
+    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large."""
     share, exchanged = open_share(energy, model, seconds)
     remedy = f"use a step smaller than {model.step:g} s"
     accepted = LARGEST_RESIDUAL + path_error(energy, model, seconds) / exchanged

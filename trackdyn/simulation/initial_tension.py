@@ -50,10 +50,7 @@ class NotSettledError(InputError):
 
 
 def tensioned(scene: Scene, divisor: float) -> "TensionedLoop":
-    """Return the loop of a scene tensioned on the rig's own ring, its step divided by ``divisor``.
-
-    Raises `InputError`: the tension cannot be reached, or the loop does not come to rest.
-    """
+    """Return the tensioned loop of a scene on the rig's own ring, its step divided by ``divisor``, or `InputError`."""
     loop = TensionedLoop(scene, divisor)
     if loop.target > SLACK * loop.hanging:
         try:

@@ -49,10 +49,7 @@ class Loop:
 
     @property
     def arrays(self) -> LoopArrays:
-        """Writable model, state and work, for kernels and steps of one's own.
-
-        Values written or assigned are not checked, and kernels index arrays without bounds.
-        """
+        """Writable model, state and work, for steps of one's own: unchecked, and kernels index without bounds."""
         return self._written
 
     @arrays.setter
@@ -83,10 +80,7 @@ class Loop:
             self._lock.release()
 
     def fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
-        """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds.
-
-        ``changes`` replace fields of the model: steps per sample, sensors.
-        """
+        """Fill rows ``first`` to ``last - 1`` of a record made for this loop, unchecked; ``changes``: of the model."""
         with self._exclusive():
             self._integration(self._written.model._replace(**changes), self._written.state, record, first, last)
 
@@ -231,8 +225,7 @@ class Loop:
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line to ``shift`` (m) from its position in the rig.
 
-        ``layout.tensioner_shift_m`` is the present shift. Raises `InputError`: the shift is beyond the travel, or the
-        tensioner is on a spring.
+        The present one is ``layout.tensioner_shift_m``. Raises `InputError`: beyond the travel, or on a spring.
         """
         rig = self.scene.rig
         if self.scene.tension == "sprung":

@@ -13,7 +13,6 @@ from trackdyn.scene.build import build_sensors
 from trackdyn.simulation import step_check
 from trackdyn.simulation.brake import check_load
 from trackdyn.simulation.energy_balance import check_energy_balance, passed_pitches
-from trackdyn.simulation.loop_arrays import flatten
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.signals import mean_square
 from trackdyn.simulation.step_check import DOUBTFUL_STEP_DIVISOR, Alternation, Resolution, RunStatistics
@@ -27,10 +26,9 @@ def file_bytes(scene) -> float:
     state = make_state(scene.bodies, 1, 1 + len(scene.rig.wheels))
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    records = (make_record(count, state, len(scene.sensors), scene.recorded_pitches) for count in (1, 2))
-    first, both = (sum(array.nbytes for array in flatten(record).values()) for record in records)
+    row = make_record(1, state, len(scene.sensors), scene.recorded_pitches).samples
     frames = scene.duration / scene.frame_interval * (scene.bodies + 4) * 8 if scene.frame_interval else 0.0
-    return scene.duration * scene.rig.rate * (both - first + 8) + frames
+    return scene.duration * scene.rig.rate * (sum(array.nbytes for array in row) + 8) + frames
 
 
 def check_memory(scene, seconds: float | None = None) -> None:
@@ -110,10 +108,7 @@ class Recorder:
         self.record = self.record._replace(samples=self.record.samples._make(map(grown, self.record.samples)))
 
     def chunk(self) -> float:
-        """Record the next chunk and return its length, s.
-
-        Raises `DivergenceError`: contacts chatter, or the check of the energy balance or of the step fails.
-        """
+        """Record the next chunk and return its length, s; `DivergenceError` if contacts chatter or a check fails."""
         loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         if last > len(self.record.samples.gap):

@@ -202,10 +202,7 @@ class Recording(Samples):
 
     @cached_property
     def periods(self) -> Periods:
-        """Periods of sprocket, loop and pitch at the scene's speed.
-
-        Raises `InputError`: the speed changes within the record (`Loop.drive`).
-        """
+        """Periods of sprocket, loop and pitch at the scene's speed; `InputError` if it changes (`Loop.drive`)."""
         prescribed, recorded = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET]
         if (abs(recorded - prescribed) > RATE_TOLERANCE * prescribed).any():
             to_rpm = 60 / (2 * pi) * self.scene.rig.sprocket.transmission_ratio

@@ -49,11 +49,7 @@ class Replay:
 
 
 def replay(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
-    """Run the scene of a recording again and return its first ``seconds`` (default: a turn of the sprocket).
-
-    Raises `InputError` if ``seconds`` is out of range (60 at most) or the chain a belt, which has no bodies; and
-    `DivergenceError`.
-    """
+    """Run the scene of a recording again and return its first ``seconds`` (default: a turn of the sprocket)."""
     scene, period = recording.scene, recording.periods.turn
     rate = scene.rig.rate
     if seconds is None:

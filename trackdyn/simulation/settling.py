@@ -106,10 +106,7 @@ class SettledLoops:
         self._tensioned, self._settled = dict[str, TensionedLoop](), dict[str, TensionedLoop]()
 
     def at_rest(self, scene: Scene) -> TensionedLoop:
-        """Return the loop of a scene at rest, which the caller may change; see `HALVINGS`.
-
-        Raises `InputError`: the tension cannot be set, or the loop does not come to rest or mesh.
-        """
+        """Return the loop of a scene at rest, which the caller may change; see `HALVINGS` and, for errors, `settle`."""
         # the step of the settling depends on the step limits, and these on the speed and the ring
         settings = {name: value for name, value in scene.describe().items() if name not in IRRELEVANT}
         settings |= {"step": scene.time_step, "settling_step": settling_step(scene, scene.rig.tension.pre_tension)}

@@ -17,10 +17,7 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 
 
 def sensor_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
-    """Return signals of sensors (Eq. 40), (..., 2) along the body and the outward normal, clipped at ``limit``, g.
-
-    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
-    """
+    """Return signals (Eq. 40) of ``Recording.mean``, (..., 2) along the body and its normal, clipped at a limit, g."""
     return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
 
 

@@ -193,10 +193,9 @@ class StepCheck:
     ) -> None:  # fmt: skip
         """Check a piece of ``seconds``, which may be the ``first`` of a run.
 
-        ``rerun`` returns the statistics of the piece with the step divided by its argument: `DOUBTFUL_STEP_DIVISOR`
-        from the beginning of the run, if that is near, `SHORT_STEP_DIVISOR` from the beginning of the piece, and 1 from
-        there with `explicit_fields`, for two linearly implicit steps may agree and have the same error. It raises
-        `InputError` if there can be no such run.
+        ``rerun`` returns the statistics of the piece with the step divided by its argument (else `InputError`):
+        `DOUBTFUL_STEP_DIVISOR` from the beginning of the run, if that is near, `SHORT_STEP_DIVISOR` from that of the
+        piece, and 1 with `explicit_fields`, for two linearly implicit steps may agree and have the same error.
 
         Raises `DivergenceError`: the piece is doubtful, and with a finer step RMS differs by more than `RMS`, or peaks
         by more than `PEAKS` while contacts chatter.
