@@ -28,15 +28,13 @@ class Contact(NamedTuple):
     wheel: int
     kind: int  # `model.arrays.SURFACE` and those behind it
     slot: int  # index in ``work.friction``
-    # x, y, z: the point, m; normal_x, normal_y: unit normal of the force on the body
-    x: float
+    x: float  # the point, m, and the unit normal of the force on the body
     y: float
     z: float
     normal_x: float
     normal_y: float
     law: Law
-    # depth, speed, impact_speed, radius: as in `contact.laws.force_and_slopes`; m, m/s, m/s, m
-    depth: float
+    depth: float  # m, m/s, m/s, m: arguments of `contact.laws.force_and_slopes`
     speed: float
     impact_speed: float
     radius: float

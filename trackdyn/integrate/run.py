@@ -87,7 +87,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if sample >= rows[1]:
                 return -1
             left = model.stride
-            _begin_sample(model, state, work)
+            _begin_sample(state, work)
             if space is not None:
                 space.axial[:] = 0.0
         stepped = True
@@ -124,7 +124,7 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
     """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of an explicit Runge-Kutta method."""
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
-        _begin_sample(model, state, work)
+        _begin_sample(state, work)
         for _ in range(model.stride):
             bad = rk_step(model, state, work, record, stages)
             if bad >= 0:
@@ -135,13 +135,10 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
 
 
 @kernel
-def _begin_sample(model: Model, state: State, work: Work):
+def _begin_sample(state: State, work: Work):
     """Reset the sums of a sample, and compute exact cosines and sines."""
-    for sensor in range(model.sensors.body.shape[0]):
-        for k in range(3):
-            work.sensed[sensor, 3 + k] = 0.0
-    for k in range(3):
-        work.worst[k] = 0.0
+    work.sensed[:, 3:] = 0.0
+    work.worst[:] = 0.0
     orient(state.angle, work.cos, work.sin)
 
 

@@ -23,9 +23,7 @@ SUSPENSION = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "a
 class Plane(NamedTuple):
     """State of the plane of the chain (`integrate.plane`)."""
 
-    # (4,) offset and speed of the plane along its normal (z of the pin's position and velocity; m, m/s) and its angular
-    # velocities p, q (rad/s), in its own frame
-    motion: np.ndarray
+    motion: np.ndarray  # (4,) offset and speed along its normal (m, m/s), angular velocities p, q (rad/s), in its frame
     attitude: np.ndarray  # (4,) Euler parameters of ``A_P``, the scalar first
 
 
@@ -38,8 +36,7 @@ class State(NamedTuple):
     rate: np.ndarray  # (n,) their angular velocity, rad/s
     wheel_angle: np.ndarray  # (w,) the same of the wheels
     wheel_rate: np.ndarray
-    # (2 p,) initial impact velocity of the left (even entries) and right (odd) arcs, 0 without contact, m/s
-    tooth_impact: np.ndarray
+    tooth_impact: np.ndarray  # (2 p,) initial impact velocity of left (even), right (odd) arcs, 0 without contact, m/s
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
     shear: np.ndarray  # (2, p w) displacement of a link along every wheel under Dahl's law (m), and its ``steps``
     work_done: np.ndarray  # (8,) work by entry of the energy balance (`ENERGY_NAMES`), J
@@ -52,9 +49,8 @@ def make_state(n: int, pitches: int, wheels: int, suspensions: int = 0, maxwell:
     """Allocate the planar state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
     return State(
         steps=np.zeros(1, np.int64),
-        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=KINETIC),
-        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), maxwell=(maxwell, n)),
-        shear=np.zeros((2, pitches * wheels)),
+        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=KINETIC, maxwell=(maxwell, n)),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), shear=(2, pitches * wheels)),
         suspension=np.zeros(suspensions, SUSPENSION),
     )
 
@@ -156,17 +152,11 @@ def make_record(
             return np.zeros((0, 0), row.kind)
         return np.zeros((samples, *(counts.get(size, size) for size in row.shape)), row.kind)
 
+    log = zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows) | zeros(last=(3 * loop, 2)) | zeros(np.int64, count=1)
     return Record(
-        samples=SampleArrays._make(map(rows, SAMPLED.values())),
-        pitches=np.array([i - 1 for i in pitches], np.int64),
-        frame=np.zeros((frames, len(state.angle) + 3)),
-        frame_stride=frame_stride,
-        contact_log=ContactLog(
-            last=np.zeros((3 * loop, 2)),
-            count=np.zeros(1, np.int64),
-            **zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows),
-        ),
-    )
+        SampleArrays._make(map(rows, SAMPLED.values())), np.array(pitches, np.int64) - 1,
+        np.zeros((frames, len(state.angle) + 3)), frame_stride, ContactLog(**log),
+    )  # fmt: skip
 
 
 # kinds of contact: a link on a wheel, an arc in a groove, a link on the ring, a guide between flanges
@@ -205,8 +195,7 @@ class ImplicitWork(NamedTuple):
     Row 0 of the arrays with a row a wheel belongs to the sprocket, whose motion is prescribed, and stays 0.
     """
 
-    # (n, 6) ``h C + h^2 K`` of the contacts of a body about its input pin: xx, xy, yy, x-angle, y-angle, angle
-    inertia: np.ndarray
+    inertia: np.ndarray  # (n, 6) ``h C + h^2 K`` of a body's contacts about its input pin: xx, xy, yy, xa, ya, aa
     couple: np.ndarray  # (n, w, 3) force and moment about its input pin on a body for a unit acceleration of a wheel
     wheel_inertia: np.ndarray  # (w,) ``h C`` of the friction on each wheel, kg m2
     column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
@@ -250,8 +239,7 @@ class SpaceWork(NamedTuple):
 class ContactCandidates(NamedTuple):
     """Arcs and links close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    # (3,) integers: arcs close to the sprocket (-1: no lists), pairs of a link and a wheel, 1: made in this step
-    count: np.ndarray
+    count: np.ndarray  # (3,) integers: arcs close to the sprocket (-1: no lists), pairs of link and wheel, 1: new lists
     arc: np.ndarray  # (2 p,) integers: these arcs, in rising order
     link: np.ndarray  # (p w, 2) integers: link and wheel of these pairs, in rising order
     groove: np.ndarray  # (2 p,) integers: the groove that each arc touched last, 0 before
@@ -294,14 +282,11 @@ class Work(NamedTuple):
     friction: np.ndarray  # (2, 2 p + p w) friction on arcs, then on links by wheel, and the same one step ago, N
     contact: np.ndarray  # (c,) a `CONTACT` each
     count: np.ndarray  # (1,) integers: contacts at present
-    # (6,) gap of the cut joint (output pin of the last body less input pin of the first), its rate, and the gap before
-    # the last projection; m, m/s
-    cut: np.ndarray
+    cut: np.ndarray  # (6,) gap of the cut joint, its rate, and the gap before the last projection; m, m/s
     worst: np.ndarray  # (3,) largest squares of the gap, of its rate and of the gap before the projection in the sample
     sensed: np.ndarray  # (k, 6) last acceleration (m/s2) and angle (rad) of every sensor, and their sums of the sample
     velocity_history: np.ndarray  # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that chatter is taken from, m/s
-    # (2,) sum of the mean squares of the alternating changes of velocity, weighted with the masses (m2/s2), and count
-    alternating: np.ndarray
+    alternating: np.ndarray  # (2,) sum of the mass-weighted mean squares of alternating velocities (m2/s2), and count
     sweep: SweepWork  # solution of the chain
     candidates: ContactCandidates  # neighbour lists
 

@@ -21,8 +21,7 @@ class Chain(NamedTuple):
     length: np.ndarray  # (n,) pin to pin length, m
     mass: np.ndarray  # (n,) mass, kg
     inertia: np.ndarray  # (n,) moment of inertia about the mass centre, kg m2
-    # com_x, com_y: (n,) mass centre from the input pin in the body frame (x to the output pin, y its left normal), m
-    com_x: np.ndarray
+    com_x: np.ndarray  # (n,) mass centre from the input pin, x to the output pin, y its left normal, m
     com_y: np.ndarray
     # bushing of every joint: torque ``-stiffness (phi - free_angle) - damping phi'`` on the outboard body with
     # ``phi = angle[i+1] - angle[i]``; N m/rad, N m s/rad, rad
@@ -36,8 +35,7 @@ class Shoes(NamedTuple):
     """Positions of the links and the connectors' arcs on the bodies of the chain, for ``p`` pitches."""
 
     link_body: np.ndarray  # (p,) integers: body that carries the link of a pitch
-    # link_start, link_end: (p,) ends A and B of the link's middle line on the body's pin line, from its input pin, m
-    link_start: np.ndarray
+    link_start: np.ndarray  # (p,) ends A, B of the link's middle line on the body's pin line, from its input pin, m
     link_end: np.ndarray
     arc_body: np.ndarray  # (2 p,) integers: body of the left (even entries) and right (odd) arc of each connector
     arc_x: np.ndarray  # (2 p,) their centres on the body's pin line, from its input pin, m
@@ -64,8 +62,7 @@ class Tooth(NamedTuple):
     """Contact between connectors and grooves."""
 
     present: int  # 0: the scene has no teeth
-    # (k,) arcs O_j and r_j in the groove frame (Table 1), m; ten, or five of the coarse profile with its edges
-    centre_x: np.ndarray
+    centre_x: np.ndarray  # (k,) arcs O_j and r_j in the groove frame (Table 1), m; ten, or five of the coarse profile
     centre_y: np.ndarray
     radius: np.ndarray
     direction_x: np.ndarray  # (k,) u_j and, below, cos theta_j of Eq. 23
@@ -152,8 +149,7 @@ class Space(NamedTuple):
     across: np.ndarray
     frame: np.ndarray  # (w, 3, 3) ``A_W``: frame of every wheel (not spinning, z its axis) to the inertial one
     centre: np.ndarray  # (w, 3) centres of the wheels in their own frames, ``A_W^T R_W``, m
-    # (3,) contact length, and shift before the overlap of Eq. 19 shrinks, m: wheels, teeth, ring (`contact.axial`)
-    length: np.ndarray
+    length: np.ndarray  # (3,) contact length, and shift before the overlap of Eq. 19 shrinks, m: wheels, teeth, ring
     overhang: np.ndarray
     guide_reach: np.ndarray  # (w,) distance from the axis at which connectors leave the wheel's flanges, m
     clearance: float  # play of a centre guide to either side (m), and its spring and damper beyond (N/m, N s/m)

@@ -86,12 +86,9 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
         connector = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
         pitch_inertia = c.link_inertia + 2 * (connector + half * (pitch / 2 - rig.connector_length / 4) ** 2)
         mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, pitch_inertia)
-        in_series = 2  # two bushings behind one another
     else:
-        mass = np.tile([c.link_mass, c.connector_mass], n)
-        inertia = np.tile([c.link_inertia, c.connector_inertia], n)
-        in_series = 1
-    length = body_lengths(rig, chain)
+        mass, inertia = np.tile([[c.link_mass, c.connector_mass], [c.link_inertia, c.connector_inertia]], n)
+    length, in_series = body_lengths(rig, chain), 2 if chain == "single_pin" else 1  # bushings behind one another
     return Chain(
         length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(len(length)),
         stiffness=rig.bushing.stiffness / in_series, damping=rig.bushing.damping / in_series if viscous else 0.0,

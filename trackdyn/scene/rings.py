@@ -22,10 +22,8 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
     Below the least one the arcs of seated connectors bear the chain. With the largest one the tension of a loop with
     locked wheels is `TIGHTER` times the pre-tension: sag of the strands (``w^2 l^3 / (24 T^2)`` a strand) and depth of
-    the contacts (Eq. 8) provide the length that the ring takes from the rig's own, or the least one, on. The tension
-    of settled loops of included rigs is 3 to 7 times the pre-tension there; less if tensioner or wheels yield.
-
-    Raises `InputError`: the least ring that carries the chain is larger than the tensioner's travel allows.
+    the contacts (Eq. 8) provide the length that the ring takes from the rig's own, or the least one, on. Settled loops
+    of included rigs have 3 to 7 times the pre-tension there. Raises `InputError`: the least ring is too large.
     """
     least, high = least_ring(rig), Scene.ring_range(rig)[1]
     if not least < high:

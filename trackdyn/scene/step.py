@@ -191,9 +191,9 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     return limits
 
 
-def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
-    """Return the least of the step limits (`step_limits`) at some tensions (N), s; infinite if there is none."""
-    return min((limit for tension in tensions for limit in step_limits(model, tension, method).values()), default=inf)
+def largest_step(model, *tensions: float) -> float:
+    """Return the least of the explicit step limits (`step_limits`) at some tensions (N), s; infinite if none."""
+    return min((limit for tension in tensions for limit in step_limits(model, tension).values()), default=inf)
 
 
 def turn_limit(rate: float) -> dict[str, float]:

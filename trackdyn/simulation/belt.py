@@ -14,10 +14,9 @@ SUBSAMPLES = 8  # of a sample interval, for its mean
 
 
 def belt_recording(scene) -> Recording:
-    """Return a kinematic recording of a scene.
+    """Return a kinematic recording: every pitch follows the path of the pins at the speed of the sprocket's teeth.
 
-    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed of the
-    sprocket's teeth. The middles of links and connectors are on the path, half a pitch apart, their x axes along it.
+    The middles of links and connectors are on the path, half a pitch apart, their x axes along it.
     """
     rig, loop_hz, begin = scene.rig, scene.periods.loop_hz, time.perf_counter()
     rate, pitches, samples = rig.rate, rig.chain.pitches, round(scene.duration * rig.rate)

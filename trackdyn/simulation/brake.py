@@ -16,13 +16,10 @@ HELD = 0.95
 
 
 def braked_rates(scene: Scene, wheel_rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rates of the braked wheel, rad/s, and those with which the chain would turn it if it did not slip.
-
-    ``wheel_rate`` is (s, w), rad/s, the sprocket first. Samples in which the brake fades are left out.
-    """
+    """Return rates of the braked wheel in a record, and those with which the chain would turn it without slip."""
     motor_rpm = np.abs(wheel_rate[:, SPROCKET]) * scene.rig.sprocket.transmission_ratio * 60 / (2 * pi)
     rolling = motor_rpm * scene.braked_rate
-    driven = rolling >= BRAKES_FROM
+    driven = rolling >= BRAKES_FROM  # below it the brake fades
     return np.abs(wheel_rate[driven, scene.braked_wheel[0]]), rolling[driven]
 
 

@@ -5,6 +5,7 @@
 integrated in chunks, and its rates are damped at the end of each.
 """
 
+from functools import cached_property
 from math import inf, pi
 
 import numpy as np
@@ -13,7 +14,7 @@ from trackdyn.chain.kinematics import on_pin_line
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import Integration
-from trackdyn.model.arrays import SUSPENSION, Work, make_arrays, make_record
+from trackdyn.model.arrays import SUSPENSION, Record, Work, make_arrays, make_record
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
 from trackdyn.rig.layout import assemble, travel_range
@@ -103,7 +104,6 @@ class TensionedLoop:
         self.state.pin[:2] = assembly.pins[0]
         self.state.angle[:] = assembly.angle
         self.state.wheel_angle[SPROCKET] = assembly.sprocket_angle
-        self._begin()
         # the ring with which the tension is set, m; without teeth a chain needs one
         self.reference = rig.ring_radius if scene.model.tooth.present else rig.sprocket.ring_radius
         # tension at rest, N; shift of the wheel over that of `_shift_for` (initial value from the shipped rigs)
@@ -112,17 +112,13 @@ class TensionedLoop:
         self.longest_shift = 0.1 * float(chain.length.max())
         self.sag = assembly.path.sag(self.weight)
 
-    def _begin(self) -> None:
-        self.record = make_record(1, self.state, len(self.model.sensors.body))
-        self._samples = Integration(self.work, self._optional)
+    @cached_property
+    def _samples(self) -> tuple[Integration, Record]:
+        return Integration(self.work, self._optional), make_record(1, self.state, len(self.model.sensors.body))
 
     def __getstate__(self) -> dict:
-        """Return the attributes except the scene, which the caller sets again, and those that `_begin` makes."""
-        return {name: value for name, value in vars(self).items() if name not in ("scene", "record", "_samples")}
-
-    def __setstate__(self, state: dict) -> None:
-        vars(self).update(state)
-        self._begin()
+        """Return the attributes except the scene, which the caller sets again, and those that are made anew."""
+        return {name: value for name, value in vars(self).items() if name not in ("scene", "_samples")}
 
     def tension(self) -> float:
         """Return the tension of the chain at the cut joint, in the middle of the last strand, N."""
@@ -134,7 +130,8 @@ class TensionedLoop:
         self.scale_rates(DAMPING)
 
     def _integrate(self, model: Model) -> None:
-        self._samples(model, self.state, self.record, 0, 1, "settling")
+        integrate, record = self._samples
+        integrate(model, self.state, record, 0, 1, "settling")
 
     def scale_rates(self, factor: float) -> None:
         """Multiply every rate by a factor."""
@@ -184,7 +181,7 @@ class TensionedLoop:
         suspensions = suspensions._replace(preload=preloads(rig, suspensions, self.work, slide))
         self.model = self.model._replace(suspensions=suspensions)
         self.state = self.state._replace(suspension=np.zeros(len(slide), SUSPENSION))
-        self._begin()
+        vars(self).pop("_samples", None)
         self.rest(0.4)
 
     def equalize_strands(self) -> float:

@@ -180,8 +180,7 @@ class Loop:
         """
         chain, work, sweep = self.arrays.model.chain, self.arrays.work, self.arrays.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
-        rate2 = self.arrays.state.rate**2
-        links = chain.length[:, None] * np.column_stack([work.cos, work.sin])
+        links, rate2 = chain.length[:, None] * np.column_stack([work.cos, work.sin]), self.arrays.state.rate**2
 
         def relative(r: np.ndarray) -> np.ndarray:
             return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
@@ -255,8 +254,7 @@ class Loop:
                 raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
         step = allowed_step(changed.scene, changed.scene.time_step, self.layout.settled_tension_n)
         allocated = allocate(changed.scene, step)
-        model, state = allocated.model, allocated.state
-        leaves, present = flatten(state), flatten(self.arrays.state)
+        model, leaves, present = allocated.model, flatten(allocated.state), flatten(self.arrays.state)
         if [leaf.shape for leaf in leaves.values()] != [leaf.shape for leaf in present.values()]:
             raise InputError("scene: rig, space or joints differ, but a loop keeps bodies and joints; make a new Loop")
         before = self.arrays.model
@@ -264,7 +262,7 @@ class Loop:
         move_wheels(model, wheel_centres(self.scene.rig, before.wheels))
         for name, leaf in leaves.items():
             leaf[...] = present[name]
-        state.steps[0] = round(self.time / model.step)
+        leaves["steps"][0] = round(self.time / model.step)
         changed.arrays = allocated._replace(model=model._replace(drive=before.drive, suspensions=before.suspensions))
         if fields.keys() & {"motor_rpm", "ramp"}:
             changed.drive(changed.scene.motor_rpm, changed.scene.ramp)

@@ -51,9 +51,8 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
     ``rig`` is a rig, its file or its name. Raises `InputError`: the loop cannot be laid.
     """
     rig = rig if isinstance(rig, Rig) else load_rig(rig)
-    lengths = body_lengths(rig, rig.chain.kind)
+    lengths, names = body_lengths(rig, rig.chain.kind), wheel_names(rig)
     laid = assemble(rig, lengths)
-    names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(laid.path.wrap[k])) for k, wheel in enumerate(laid.order)}
     step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
     report = RigReport(
@@ -77,26 +76,23 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         frame=np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]]),
         tensioner_shift_m=loop.layout.tensioner_shift_m,
         largest_step_s=min(step, largest_step(model, loop.layout.settled_tension_n)),
-        step_s=nan if step_s is None else step_s,
-        tried_steps_s=tried,
-        layout=loop.layout,
-    )
+        step_s=nan if step_s is None else step_s, tried_steps_s=tried, layout=loop.layout,
+    )  # fmt: skip
 
 
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
-    """Halve the step of a short run at ``rpm`` (rev/min) until RMS and mean peak change by at most `RECOMMENDED`.
+    """Return the largest step (s; or None) from which half of it differs by at most `RECOMMENDED`, and all tried.
 
-    Returns the largest step (s) that differs from half of it by so little, or None, and the steps of all runs, which
-    take at most `MOST_STEPS` together.
+    The runs at ``rpm`` (rev/min) take at most `MOST_STEPS` together.
     """
-    sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
     # limits of a scene are those at the pre-tension, limits of a loop those at the tension at which it settles
     tensions = settled.layout.settled_tension_n, settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
+    coarsest = min(COARSEST_STEP_S, largest_step(settled.model, *tensions), *rate_limits)
     before: Recorder | None = None
     tried, steps = list[float](), 0.0
-    for step in halved_steps(min(COARSEST_STEP_S, largest_step(settled.model, *tensions), *rate_limits), sample):
+    for step in halved_steps(coarsest, 1.0 / settled.scene.rig.rate):
         steps += (RAMP_S + TRIAL_S) / step
         if steps > MOST_STEPS:
             break

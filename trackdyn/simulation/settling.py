@@ -61,9 +61,9 @@ class Start(NamedTuple):
 def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     """Lay, tension and settle the loop of a scene, or copy it from ``loops``, which is faster and gives the same bytes.
 
-    The tension is set to 1 % at rest with the rig's own ring (or without one, if the rig has none), and the wheel then
-    locked. Other rings keep this position, as the paper's wheels do. Raises `InputError`: the tension cannot be set,
-    the loop does not come to rest, or the step is too large for its tension.
+    The tension is set to 1 % at rest with the rig's own ring, if any, and the wheel then locked. Other rings keep this
+    position, as the paper's wheels do. Raises `InputError`: the tension cannot be set, the loop does not come to rest
+    or mesh, or the step is too large for its tension.
     """
     # a brake would hold the strands' tensions apart; it acts where wheels turn
     settled = (loops or SettledLoops(capacity=0)).at_rest(scene.with_(load=0.0) if scene.load else scene)

@@ -159,9 +159,9 @@ DAMPED_REASON = "the method damps contacts in proportion to its step"
 def mandatory_rerun(scene) -> str:
     """Return the reason to check the step of a scene whatever its contacts show, an empty string if there is none.
 
-    It is a linearly implicit method (`DAMPED_REASON`), whose error has no other sign; or a record in which the link of
-    its sensor comes onto each wheel at most once (`SHORT_RUN_REASON`), since an impact has an error of the order of the
-    step. It does not apply to `Loop.record`, which would repeat every part of a longer run.
+    The error of a linearly implicit method has no other sign (`DAMPED_REASON`); an impact has an error of the order of
+    the step, and in a short record the link of its sensor comes onto each wheel at most once (`SHORT_RUN_REASON`). It
+    does not apply to `Loop.record`, which would repeat every part of a longer run.
     """
     pitches, method = scene.duration / scene.periods.passage, METHODS[scene.integrator]  # not a number at rest
     if not pitches >= 1.0:
