@@ -12,14 +12,10 @@ rule extremes_part:
 
 rule extremes:
     """The edges of every parameter: all parts together."""
-    input:
-        parts=[f"{R}/extremes/{family}.csv" for family in parts_of(CONFIG.studies.extremes)],
+    input: parts=[f"{R}/extremes/{family}.csv" for family in parts_of(CONFIG.studies.extremes)]
     output:
-        csv=f"{R}/extremes.csv",
-        chunks=f"{R}/extremes_long_run.csv",
-        summary=f"{R}/tables/extremes.csv",
+        csv=f"{R}/extremes.csv", chunks=f"{R}/extremes_long_run.csv", summary=f"{R}/tables/extremes.csv",
         short_runs=f"{R}/tables/extremes_short_runs.csv",
-        solvers=figure("extremes_solvers"),
-        stability=figure("extremes_stability"),
+        solvers=figure("extremes_solvers"), stability=figure("extremes_stability"),
     params: study=CONFIG.studies.extremes.model_dump()
     script: "../trackdyn_replication/report/figures/extremes.py"

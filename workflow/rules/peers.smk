@@ -6,10 +6,8 @@ rule peer_runs:
     """The same loop in Exudyn. Without Exudyn, our side only."""
     input: rig=CONFIG.rig, kernels=KERNELS
     output:
-        curves=f"{R}/peers/fig14.csv",
-        summary=f"{R}/peers/summary.csv",
-        costs=f"{R}/peers/costs.csv",
-        model=f"{R}/peers/model.json",
+        curves=f"{R}/peers/fig14.csv", summary=f"{R}/peers/summary.csv",
+        costs=f"{R}/peers/costs.csv", model=f"{R}/peers/model.json",
     params: options=CONFIG.peers.model_dump()
     priority: 50 # the longest job: it begins early
     script: "../trackdyn_replication/peers/comparison.py"

@@ -4,11 +4,8 @@
 rule claims:
     """Every statement of the paper: met, not met, not comparable."""
     input:
-        claims="config/claims.yaml",
-        metrics=f"{R}/metrics.csv",
-        events=f"{R}/events.csv",
+        claims="config/claims.yaml", metrics=f"{R}/metrics.csv", events=f"{R}/events.csv", cells=CONFIG.files["article"],
         peers=[f"{R}/peers/summary.csv"] if CONFIG.peers else [],
-        cells=CONFIG.files["article"],
         records=[recording(run) for run in SPEEDS + ROUNDED],
     output: csv=f"{R}/claims.csv", sentences=f"{R}/sentences.csv", numbers=f"{R}/printed_numbers.csv"
     params: rpm=CONFIG.meshing.speed_rpm, rounded=CONFIG.rounded_speeds, rig=Path(CONFIG.rig).stem
@@ -71,13 +68,9 @@ rule page:
         lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
-        results=R,
-        synthetic=CONFIG.synthetic,
-        studies=requested_studies,
+        results=R, synthetic=CONFIG.synthetic, studies=requested_studies, short=CONFIG.shorter, teeth=RIG.sprocket.teeth,
         tracks=TRACKS if CONFIG.is_paper else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
-        short=CONFIG.shorter,
-        teeth=RIG.sprocket.teeth,
     script: "../trackdyn_replication/report/page/builder.py"
 
 

@@ -40,8 +40,7 @@ ENDS = {  # kinds of files, and how whole ones end
     ".csv": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
     ".gif": rb";", ".npz": rb"PK\x05\x06.{18}",
 }  # fmt: skip
-# Files that no two runs share: caches, costs, and results of computing times (the planner takes the cheapest setting);
-# and files that are being written.
+# Files that no two runs share: caches, costs, results of computing times, and files that are being written.
 LEFT_OUT = re.compile(
     r"(kernels|benchmarks)/.*|README\.md|manifest\.json|(.*/)?\..*"
     r"|(.*/)?(figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"

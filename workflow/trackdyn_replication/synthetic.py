@@ -2,10 +2,9 @@
 
 Nothing here is measured, and agreement of a simulation with it validates nothing; ``data/synthetic/datapackage.json``
 lists the printed numbers and those fitted to them; all others are assumed. No dynamics of the simulator is used: a
-record is the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names
-for the sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short,
-half-sine impacts whenever a pitch runs on or off a wheel; the sensor is glued on and rings: the impacts pass through
-a damped resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
+record is the motion of a link on an ideal belt around the wheels, with the causes that Sect. 5 of the paper names for
+the sharper course of its experiment: the speed fluctuates slowly, contacts are short impacts whenever a pitch runs on
+or off a wheel, and the sensor is glued on and rings.
 """
 
 import hashlib

@@ -223,21 +223,20 @@ def printed_text(claim: Claim, speeds=()) -> str:
     return f"ours: {claim.rule.replace('_', ' ')} {text}" if claim.ours else text
 
 
-def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
-    measured, verdict, speeds, _ = judgement
-    otherwise = "" if verdict in (MET, NOT_COMPARABLE) else claim.otherwise
-    return {
-        **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
-        "rig": rig, "printed": printed_text(claim, speeds), "measured": measured, "verdict": verdict,
-        "tolerance": _text(claim.tolerance), "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
-        "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
-        "reason": " ".join(filter(None, (claim.reason, otherwise))),
-    }  # fmt: skip
-
-
 def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
     """Return the scorecard of a rig of this name: a row for every statement, columns ``COLUMNS``."""
-    return pd.DataFrame([_row(rig, claim, judge(claim, e)) for claim in claims], columns=list(COLUMNS))
+    rows = []
+    for claim in claims:
+        measured, verdict, speeds, _ = judge(claim, e)
+        otherwise = "" if verdict in (MET, NOT_COMPARABLE) else claim.otherwise
+        rows.append({
+            **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
+            "rig": rig, "printed": printed_text(claim, speeds), "measured": measured, "verdict": verdict,
+            "tolerance": _text(claim.tolerance), "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
+            "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
+            "reason": " ".join(filter(None, (claim.reason, otherwise))),
+        })  # fmt: skip
+    return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:

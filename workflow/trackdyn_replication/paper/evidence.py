@@ -36,13 +36,10 @@ class Evidence:
     events: pd.DataFrame  # ``events.csv``: ``run, event, median_s, sd_s`` relative to the first contact of a passage
     rig: Rig  # the rig of the runs
     rpm: float  # speed of the meshing process (Sect. 6.1)
-    # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop; ``rpm``
-    # is the paper's motor speed, also where the sprocket turns at a rounded one
+    # `lines_by_start` by ``rpm``, the paper's motor speed, also where the sprocket turns at a rounded one
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
-    # ``peers/summary.csv``: the comparison with an independent code and with a belt
-    peer: pd.DataFrame = field(default_factory=pd.DataFrame)
-    # the article's Table 3 (`published.load_cells`), as far as a reader filled it in
-    cells: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=CELLS))
+    peer: pd.DataFrame = field(default_factory=pd.DataFrame)  # ``peers/summary.csv``
+    cells: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=CELLS))  # `published.load_cells`
 
     def records(self, speeds) -> pd.DataFrame:
         """Return the metrics of the long records of Sect. 5 at some speeds, in their order."""

@@ -51,9 +51,6 @@ def _some(values):
     return values
 
 
-# Long records (Sect. 5)
-
-
 def _column(evidence: Evidence, speeds, name: str) -> pd.Series:
     """Return a column of the long records (`measure.columns`), by speed."""
     rows = evidence.records(speeds)
@@ -106,8 +103,6 @@ def _against(cell: str, evidence, speeds) -> list[float]:
         raise NotThere(f"Table 3 is not filled in: {cell} at {', '.join(missing)} rpm")
     return value_difference(_column(evidence, speeds, f"{cell.partition('_')[0]}_g"), theirs).tolist()
 
-
-# The meshing process (Sect. 6.1)
 
 # The one reading of a maximum, which claims, Figures 19 to 22 and their tables share. Other readings
 # (`measure.events.smoothed_maxima`, `measure.events.like_peaks`) are listed in ``events.csv`` and decide nothing.
@@ -173,9 +168,6 @@ def _ring_over_arcs(evidence, speeds) -> float:
         np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
     )
     return _over(ring, left + right)
-
-
-# The ring study (Sect. 6.2)
 
 
 def _carrying(evidence: Evidence, speeds) -> list[pd.DataFrame]:

@@ -1,8 +1,7 @@
 """Contact laws for the independent code, written from the equations, not from ``trackdyn.contact``.
 
-They differ by design from the simulator's kernels: the groove is folded about its middle and the deepest of the
-mirrored areas is taken, links are tested in their own frame, loads are summed per body, and derivatives for an implicit
-solver are computed. Everything is in one file, so that numba's cache sees every edit.
+They differ by design from the simulator's kernels: of a groove folded about its middle the deepest area is taken, links
+are tested in their own frame. Everything is in one file, so that numba's cache sees every edit.
 """
 
 from math import atan2, cos, floor, hypot, pi, sin, sqrt, tanh
@@ -53,9 +52,8 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
     arc = np.column_stack([column[flank] for column in columns])
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.wheels.values()]
     if any(surface.friction_law == "dahl" for surface in (rig.ring_contact, *surfaces)):
-        raise InputError(
-            "friction_law = dahl: the comparison with another program has only Eq. 10; use regularised there"
-        )
+        only = "the comparison with another program has only Eq. 10; use regularised there"
+        raise InputError(f"friction_law = dahl: {only}")
     law = [
         (
             pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),

@@ -39,8 +39,7 @@ class Records(Section):
     ramp_s: Positive
     step_s: Positive | None
     frame_interval_s: NotNegative
-    # by motor speed, rev/min: run once more with the sprocket at this speed, which a printed line tells; None: nowhere
-    rounded_sprocket_rpm: dict[float, Positive] | None = None
+    rounded_sprocket_rpm: dict[float, Positive] | None = None  # by motor speed: of a printed line, run once more
 
 
 class Meshing(Section):
@@ -82,8 +81,7 @@ class Peers(Section):
     speed_rpm: Annotated[float, Field(ge=1, lt=1e5)]
     readings: Annotated[list[Literal["sprocket", "motor"]], Field(min_length=1, max_length=2)]
     duration_s: Positive
-    # the smallest of each is its code's reference
-    steps_s: Annotated[list[Positive], Field(min_length=2)]
+    steps_s: Annotated[list[Positive], Field(min_length=2)]  # the smallest is the reference of its code
     exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
     accuracy_pct: Positive
 

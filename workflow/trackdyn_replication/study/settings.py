@@ -15,19 +15,15 @@ Values = Annotated[list[Positive], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
 StudyMethod = Literal["semi_implicit", "linearly_implicit", "rk4"]
 Steps = dict[StudyMethod, Values]
-# motor speed, rev/min, and ring radius, m; None: no ring
-SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
+SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]  # motor speed, ring radius; None: no ring
 
-
-# The long run has a process of its own: growth of the memory is then its own, too.
-LONG_RUN = "long_run"
+LONG_RUN = "long_run"  # which has a process of its own: growth of the memory is then its own, too
 CHUNK = 50  # short runs of a process, each drawn from its number
 # Laws that the other codes' own elements have: a damper parallel to a spring in a joint, and one on an axle. Rolling
 # resistance would need the contacts' forces there, and rubber a state per joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
 PICTURED = (115.0, 0.308)  # scene of the picture of accuracy against cost
-# steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
-# beyond
+# steps (s) after the radius of a ring (m) or the motor speed (rev/min) up to which each is allowed, the last beyond
 Pair = Annotated[tuple[Positive, Positive], Field(strict=False)]
 Allowed = Annotated[list[Pair], Field(min_length=1)]
 

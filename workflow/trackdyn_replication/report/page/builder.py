@@ -50,10 +50,8 @@ def build_page(
 ) -> str:  # fmt: skip
     """Return the page as HTML, from the folder that the workflow wrote.
 
-    ``synthetic`` says whether the sensor's records are (None: there are none), ``layers`` are configurations on top of
-    the base, ``studies`` those of this run, ``short`` how it is shorter than the paper's. ``tracks`` are files of
-    sampled tracks by name, and a ``picture``; without them the rig is another one than the paper's, of which only the
-    runs are shown. Without its ``teeth`` no ring is recommended.
+    ``layers`` are configurations on top of the base, ``studies`` those of this run, ``tracks`` files of sampled tracks
+    by name, and a ``picture``; without them the rig is another one than the paper's, of which only the runs are shown.
     """
     check_sources(recordings := sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}

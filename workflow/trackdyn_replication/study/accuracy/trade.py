@@ -1,8 +1,7 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
-Errors are those of the statistics of a record against their limit over the steps of one method. Statistics are taken
-over all links and have standard errors, so that the effect of the step can be told from scatter. Refused and diverging
-runs are points, too. Cost is the CPU time of the process: other jobs may run at the same time.
+Errors are those of the statistics of a record of all links against their limit over the steps of one method. Cost is
+the CPU time of the process: other jobs may run at the same time.
 """
 
 from trackdyn.sweeps.snakemake_job import run_job
@@ -95,9 +94,8 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
         extrapolated = FULL_PHYSICS, EXTRAPOLATED
         fine = {point[2]: run.series for point, run in runs.items() if point[:2] == extrapolated and run}
         if len(fine) < 2:
-            raise InputError(
-                f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; add finer steps"
-            )
+            few = f"fewer than two steps of {EXTRAPOLATED} ran in this scene"
+            raise InputError(f"trade: {name}: {few}; add finer steps")
         known = limits_of(fine)
         for point, run in runs.items():
             rows += _rows_of([name, *point], run, known, base.duration, Periods.at(rig, rpm).passage)
