@@ -47,8 +47,7 @@ LEFT_OUT = re.compile(
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
 
-# Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
-# most 1e-5 of a value, and two may.
+# Set before the runs that test it: of six digits or more the last that turns over is at most 1e-5, and two may.
 RELATIVE = 2e-5
 # Columns that hold rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
 ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}

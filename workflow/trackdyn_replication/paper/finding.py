@@ -70,10 +70,7 @@ def open_runs(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def limit(table: pd.DataFrame) -> float:
-    """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors.
-
-    Tracks that do not show it with any law (`open_runs`) tell nothing about friction.
-    """
+    """Return the mobilised friction below which conclusion 3 holds and above which it does not, with fewest errors."""
     run = open_runs(table).sort_values("mobilised_friction")
     holds = run["conclusion_3"].to_numpy()
     wrong = np.r_[0, np.cumsum(1 - holds)] + np.r_[np.cumsum(holds[::-1])[::-1], 0]  # limit before each row, and behind

@@ -134,16 +134,12 @@ def _share(run: str, side: str) -> Measure:
     return Measure(lambda e, speeds: float(e.meshing(run)[f"{side}_share_pct"]), "meshing")
 
 
-def _ratio(column: str) -> Measure:
-    """Measure the ratio of a column of the left arc with the ring to that without."""
-
-    def evaluate(e, speeds):
-        ring, without = (e.meshing(run).get(column) for run in ("ring", "no_ring"))
-        if ring is None or without is None:
-            raise NotThere("not recorded")
-        return _over(ring, without)
-
-    return Measure(evaluate, "meshing")
+def _ratio(column: str, evidence, speeds) -> float:
+    """Return the ratio of a column of the left arc with the ring to that without."""
+    ring, without = (evidence.meshing(run).get(column) for run in ("ring", "no_ring"))
+    if ring is None or without is None:
+        raise NotThere("not recorded")
+    return _over(ring, without)
 
 
 def _areas_at_maxima(evidence, speeds) -> str:
@@ -188,14 +184,10 @@ def _growth(evidence: Evidence, speeds, side: str) -> list[float]:
     ]
 
 
-def _with_speed(column: str) -> Measure:
-    """Measure a force over that at the lowest speed, mean over the radii, at every speed."""
-
-    def evaluate(evidence, speeds):
-        lowest = evidence.study(min(speeds))[column]
-        return [float(_ratios(evidence.study(rpm)[column], lowest).mean(skipna=False)) for rpm in speeds]
-
-    return Measure(evaluate, "study", True)
+def _with_speed(column: str, evidence, speeds) -> list[float]:
+    """Return a force over that at the lowest speed, mean over the radii, by speed."""
+    lowest = evidence.study(min(speeds))[column]
+    return [float(_ratios(evidence.study(rpm)[column], lowest).mean(skipna=False)) for rpm in speeds]
 
 
 def _left_over_ring_growth(evidence, speeds) -> list[float]:
@@ -284,13 +276,17 @@ MEASURES: dict[str, Measure] = {
     ),
     "ring_share": _share("ring", "ring"), "left_share": _share("ring", "left"),
     "left_share_without_ring": _share("no_ring", "left"), "right_share_without_ring": _share("no_ring", "right"),
-    "left_share_ratio": _ratio("left_share_pct"), "left_force_ratio": _ratio("left_rms_n"),
-    "left_peak_ratio": _ratio("left_peak_n"), "left_contact_force_ratio": _ratio("left_rms_contact_n"),
+    "left_share_ratio": Measure(partial(_ratio, "left_share_pct"), "meshing"),
+    "left_force_ratio": Measure(partial(_ratio, "left_rms_n"), "meshing"),
+    "left_peak_ratio": Measure(partial(_ratio, "left_peak_n"), "meshing"),
+    "left_contact_force_ratio": Measure(partial(_ratio, "left_rms_contact_n"), "meshing"),
     "variation_of_forces": Measure(_variation_of_forces, "meshing"),
     "ring_over_arcs": Measure(_ring_over_arcs, "meshing"),
     # the ring study (Sect. 6.2)
-    "left_rms_with_speed": _with_speed("left_rms_n"), "ring_rms_with_speed": _with_speed("ring_rms_n"),
-    "left_sd_with_speed": _with_speed("left_sd_n"), "ring_sd_with_speed": _with_speed("ring_sd_n"),
+    **{
+        f"{name}_with_speed": Measure(partial(_with_speed, f"{name}_n"), "study", True)
+        for name in ("left_rms", "ring_rms", "left_sd", "ring_sd")
+    },
     "left_growth_over_ring_growth": Measure(_left_over_ring_growth, "study"),
     "largest_growth_with_speed": Measure(_largest_growth, "study"),
     "ring_rms_steps": _by_radius(_least_step, "ring_rms_n"), "ring_sd_steps": _by_radius(_least_step, "ring_sd_n"),

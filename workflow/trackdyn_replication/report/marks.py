@@ -85,10 +85,7 @@ def leader(ax: Axes, position, text: str, label_at, **look) -> None:
 
 
 def text_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
-    """Write text next to a line, at the fraction ``at`` of its length; ``side`` 1 is left of its direction, -1 right.
-
-    ``turned`` text runs along the line, above it (``side`` 1) or below it, read from below or from the right.
-    """
+    """Write text next to a line or along it, ``turned``; ``side`` 1 is left of its direction or above it, -1 right."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     along, left = directions(start, end)
     look = {"fontsize": 8, "ha": "center", "va": "center", "zorder": Z_MARK + 3, "annotation_clip": True} | look

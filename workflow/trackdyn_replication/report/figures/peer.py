@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.inputs.files import write_csv
@@ -60,34 +59,30 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
     for i, row in enumerate(summary.to_dict("records")):
         above, below = axes[2 * i : 2 * i + 2]
         curve = curves[curves["reading"] == row["reading"]]
-        _draw_reading(above, below, curve, row, missing)
-        above.set_title(f"({'ab'[i]}) {row['reading']} at {row['speed_rpm']:g} rev/min")
-        below.sharex(above)
+        time, ours = curve["time_s"].to_numpy(), curve["trackdyn_m"].to_numpy()
+        above.plot(*thin(time, ours), **OURS, label="trackdyn")
+        title = f"({'ab'[i]}) {row['reading']} at {row['speed_rpm']:g} rev/min"
+        above.set(ylabel="y of the link (m)", xlim=(time[0], time[-1]), title=title)
         above.tick_params(labelbottom=False)
+        below.sharex(above)
+        below.set_ylabel("difference\n(% of range)")
+        if missing:
+            box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
+            below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
+            below.set_yticks([])
+            continue
+        other, limit = curve["exudyn_m"].to_numpy(), published.DISPLACEMENT_DIFFERENCE
+        above.plot(*thin(time, other), **PEER, label="Exudyn")
+        difference = np.maximum(100 * np.abs(other - ours) / np.ptp(ours), LEAST_DIFFERENCE)
+        edges, largest = upper_edge(difference, 300)  # it keeps crossing zero
+        below.plot(time[edges[:-1]], largest, **PEER)
+        below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
+        below.set(yscale="log", ylim=(None, 50), title=f"largest difference: {row['difference_pct']:.2g} %")
     axes[-1].set_xlabel("time since the start of the sprocket (s)")
     handles = [handle for ax in axes[:2] for handle in ax.get_legend_handles_labels()[0]]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.align_ylabels()
     return figure
-
-
-def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, missing: str) -> None:
-    time, ours = curve["time_s"].to_numpy(), curve["trackdyn_m"].to_numpy()
-    above.plot(*thin(time, ours), **OURS, label="trackdyn")
-    above.set(ylabel="y of the link (m)", xlim=(time[0], time[-1]))
-    below.set_ylabel("difference\n(% of range)")
-    if missing:
-        box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
-        below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
-        below.set_yticks([])
-        return
-    other, limit = curve["exudyn_m"].to_numpy(), published.DISPLACEMENT_DIFFERENCE
-    above.plot(*thin(time, other), **PEER, label="Exudyn")
-    difference = np.maximum(100 * np.abs(other - ours) / np.ptp(ours), LEAST_DIFFERENCE)
-    edges, largest = upper_edge(difference, 300)  # it keeps crossing zero
-    below.plot(time[edges[:-1]], largest, **PEER)
-    below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
-    below.set(yscale="log", ylim=(None, 50), title=f"largest difference: {row['difference_pct']:.2g} %")
 
 
 @run_job

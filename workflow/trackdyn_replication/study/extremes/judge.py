@@ -1,10 +1,8 @@
 """Extremes: every case completes with its invariants in bounds, or is refused in one sentence.
 
-A case is a row of `COLUMNS`. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an `InputError` when
-the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked`` (completed, and reported as
-not resolved) or ``defect``: everything else, with the cause in ``reason``. Where a family measures something,
-``measure`` names it, ``value`` and ``expected`` are computed and predicted, ``group`` and ``at`` are its curve
-and its position on the axis.
+A case is a row of `COLUMNS`. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an `InputError` or a
+`DivergenceError` of one sentence), ``marked`` (completed, and reported as not resolved) or ``defect``: everything else,
+with the cause in ``reason``. ``group`` and ``at`` are the curve of a measured ``value`` and its position on the axis.
 """
 
 import warnings

@@ -48,8 +48,7 @@ def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
     ``next_body`` is the `body_matrix` between this joint and the next one, and ``zeta = Omega_I x axis * phi'``.
     ``Omega'_O = Omega'_I + axis phi'' + zeta``; everything else passes unchanged. ``phi''`` follows from the torque
     condition behind the outboard body, ``axis_next . m = torque_next``: ``phi'' = -(u [z + zeta] - torque_next) / D``
-    with ``u`` the row of that moment and ``D`` its coefficient of ``phi''``, which is zero where the axes are parallel
-    and each pin is the other's centre of percussion. The condition of the first joint is a boundary condition.
+    with ``u`` the row of that moment and ``D`` its coefficient of ``phi''``, zero between mutual centres of percussion.
     """
     row, out = axis_next @ next_body[6:9], np.eye(STATES)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -113,8 +112,7 @@ def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -
     """Return the (n,) angular accelerations of a closed planar chain and the (13,) state at the input of body 1.
 
     Loads are at the mass centres without gravity and bushings; ``torque`` is that of the bushing behind every body on
-    the outboard one. Raises `numpy.linalg.LinAlgError`: the product overflowed, a body's pins are mutual centres of
-    percussion, or the conditions are dependent.
+    the outboard one. Raises `numpy.linalg.LinAlgError`: the product overflowed or the conditions are dependent.
     """
     elements = elements_of(chain, angle, rate, force_x, force_y, moment, torque)
     with np.errstate(invalid="ignore", over="ignore"):
