@@ -29,12 +29,10 @@ def test_help_and_lists_load_no_numerical_library(line):
     assert not modules & {*HEAVY, "numpy"} and printed.strip()
 
 
-BELT = "--choose chain=belt --ring-radius none --duration 12 --quiet"
-
-
 @pytest.mark.parametrize(("line", "code"), [
-    ("new rig.yaml", 0), (f"simulate run.npz {BELT}", 0), ("simulate run.npz --rpm 1e9", 1), ("check nothing", 1),
-    ("simulate run.npz --step 1e-2", 1), ("simulate run.txt", 1), ("simulate run.npz --rig nothing", 1),
+    ("new rig.yaml", 0), ("simulate run.npz --choose chain=belt --ring-radius none --duration 12 --quiet", 0),
+    ("simulate run.npz --rpm 1e9", 1), ("simulate run.npz --step 1e-2", 1), ("simulate run.txt", 1),
+    ("simulate run.npz --rig nothing", 1), ("check nothing", 1),
     ("show nothing.npz", 1), ("sweep nothing.csv --out out.csv", 1), ("ring . --rpm x", 1),
     ("compare nothing.npz nothing.csv", 1),
 ])  # fmt: skip
@@ -70,20 +68,13 @@ def test_defaults_that_help_repeats_are_those_of_the_simulator():
     assert f"{', '.join(presets)} or {last};" in " ".join(run_command("simulate", "--help").out.split())
 
 
-NUMBERS = [
-    (name, option)
-    for name, command in COMMANDS.items()
-    for param in command.params
-    for option in param.opts
-    if (param.metavar or "").startswith("NUMBER")
-]
-
-
 @pytest.mark.parametrize("text", ["nan", "inf", "fast", "1e999"])
-@pytest.mark.parametrize(("name", "option"), NUMBERS)
-def test_every_number_is_finite_and_named_by_its_option(name, option, text):
-    ended = run_command(name, option, text)
-    assert ended.code == 1 and ended.err.startswith(f"trackdyn: {option} = {text!r}: ")
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_number_is_finite_and_named_by_its_option(name, text):
+    for param in COMMANDS[name].params:
+        for option in param.opts if (param.metavar or "").startswith("NUMBER") else ():
+            ended = run_command(name, option, text)
+            assert ended.code == 1 and ended.err.startswith(f"trackdyn: {option} = {text!r}: ")
 
 
 def test_a_sweep_replaces_nothing_but_its_own_results(tmp_path, monkeypatch):
@@ -101,6 +92,3 @@ def test_a_sweep_replaces_nothing_but_its_own_results(tmp_path, monkeypatch):
     assert "r.csv exists; give another name, or --overwrite" in swept("r.csv").err
     assert Path("r.csv").read_text(encoding="utf-8") == "a,b\n1,2\n" and not Path("r.rows").exists()
     assert swept("r.csv", "--overwrite").code == 0
-    first = Path("r.csv").read_bytes()
-    Path("d.csv").write_bytes(asked.replace(b"210", b"200"))  # another design, on one store: nothing is lost
-    assert swept("r.csv").code == 0 and Path("r.csv").read_bytes() != first

@@ -23,14 +23,6 @@ def form(header, row, **options):
     return table(header, row), options
 
 
-def swapped(text):
-    return text.translate(str.maketrans(",.", ".,"))
-
-
-def clock(t):
-    return f"{int(t // 60) % 60:02d}:{t % 60:06.3f}"
-
-
 # packets of ten rows, of two sensors in turn
 PACKETS = "t_s,ay_g,box\n" + "".join(
     f"{T[first + k]:.3f},{ay[first + k]},{box}\n"
@@ -44,13 +36,14 @@ FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) /
 NOISE = np.random.default_rng(5).integers(-12, 13, T.size)
 FORMS = {
     "plain": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"),
-    "afternoon": form("time,ay_g", lambda k, t, a: f"05/13/2024 01:{clock(t)} PM,{a}"),
-    "past the hour": form("time,ay_g", lambda k, t, a: f"{clock(3598.5 + t)},{a}"),
+    "past the hour": form("time,ay_g", lambda k, t, a: f"{'59:' if t < 1.5 else '00:'}{(58.5 + t) % 60:06.3f},{a}"),
     "blank lines": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"),
     "units in cells": form("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"),
     "units with raised signs": form("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"),
     "commas and a point": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}"),
-    "points and a comma": form("t_ms;ay_mg", lambda k, t, a: swapped(f"{8 * k:,.1f};{1000 * a:,.2f}")),
+    "points and a comma": form(
+        "t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}".translate(str.maketrans(",.", ".,"))
+    ),
     "apostrophes": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")),
     "blanks in thousands": form(
         "t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")
@@ -130,13 +123,11 @@ TWO_MEANINGS = [
     (",ay_g", lambda k, t, a: f"{5 * k},{a}", "the time may be in column 1 '.*`time: none, rate: HZ`"),
     ("t_s,ay_g", lambda k, t, a: f"{int(t)}.{round(t % 1 * 1000)},{a}", WRONG_STAMPS),
     ("t_ms,ay_g", lambda k, t, a: f"{8 * k},{a - 0.7:.4f}".replace(".", ","), "decimal commas among commas"),
-    ("t_ms,ay_mg", lambda k, t, a: f"{8 * k},{1000 * a:.1f}".replace(".", ","), "decimal commas among"),
     ("t_s,ay", lambda k, t, a: f"{t:.3f}," + (f"{a} g" if k % 9 else f"{1000 * a:.1f} mg"), "number .* in mg"),
     ("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g", "the unit 'mg and g'"),
     ("t:0.000,ay:0", lambda k, t, a: f"t:{t:.3f},ay:{a}", "no column for ay among 't:0.000'"),
     ("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}", "newest row is first; sort the rows"),
     ("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}", "sort the rows"),
-    ("t;ay_g", lambda k, t, a: swapped(f"{8 * k:,};{a}"), "thous"),
     ("t_s,channel", lambda k, t, a: f"{t:.3f},{a}", "axes: {ay: NAME}`.*`unit: g`"),
 ]
 TWO_GROUPS = [(PACKETS, "`group: box=a`"), (NODES, "`group: range_g=2`")]

@@ -38,9 +38,7 @@ def arrays(belt_file):
 
 @pytest.mark.parametrize("row", [
     *((f"no {name}", lambda arrays, name=name: arrays.pop(name), DAMAGED) for name in ("gap", "meta", "checksum")),
-    ("empty description", changed("meta", np.array("")), DAMAGED),
-    ("a list as description", changed("meta", np.array("[1]")), DAMAGED),
-    ("nested description", changed("meta", np.array("[" * 100_000)), DAMAGED),
+    *((f"description {meta[:3]}", changed("meta", np.array(meta)), DAMAGED) for meta in ("", "[1]", "[" * 100_000)),
     ("a number as description", changed("meta", np.arange(3.0)), DAMAGED),
     ("pickled", changed("time", np.array([{}], dtype=object)), DAMAGED),
     ("another format", described(format=2), "has recording format 2, this version reads"),
@@ -62,11 +60,10 @@ def test_a_recording_that_was_cut_off_is_refused(tmp_path, belt_file, share):
     refused(load_recording, path, words=[DAMAGED])
 
 
-@pytest.mark.parametrize("lacks", [True, False])
-def test_a_recording_with_other_arrays_than_this_version_records_is_refused(tmp_path, belt_file, lacks):
+@pytest.mark.parametrize("name", ["gap", "more"])
+def test_a_recording_with_other_arrays_than_this_version_records_is_refused(tmp_path, belt_file, name):
     meta, arrays = read_npz(belt_file, "recording", np.inf)
-    name = "gap" if lacks else "more"
-    arrays = {key: arrays[key] for key in arrays if key != name} if lacks else arrays | {name: arrays["gap"]}
+    arrays = {"more": arrays["gap"]} | arrays if name == "more" else {k: arrays[k] for k in arrays if k != name}
     write_npz(path := tmp_path / "run.npz", meta, arrays)
     words = [f"has other arrays than this version records ('{name}'); run it again"]
     refused(load_recording, path, start=path, words=words)

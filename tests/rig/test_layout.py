@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import refused
-from trackdyn.rig.layout import _lay, assemble, belt_path, wheel_circles
+from trackdyn.rig.layout import _lay, assemble, belt_around, belt_path, wheel_circles
 
 TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2
 UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]
@@ -23,7 +23,7 @@ def test_two_unequal_circles():
 
 @pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL, "rig"])
 def test_wraps_are_one_turn_and_the_path_is_smooth_and_touches_each_circle(rig, circles):
-    circles = wheel_circles(rig) if circles == "rig" else circles
+    circles = wheel_circles(rig)[belt_around(rig)[1]] if circles == "rig" else circles
     path = belt_path(circles)
     assert path.wrap.sum() == pytest.approx(2 * pi, abs=1e-12)
     points = path.along(np.linspace(0, path.length, 2001))[0]
