@@ -175,7 +175,7 @@ def test_a_groove_of_other_arcs_is_reported_of_files_and_recordings_and_by_simul
     assert foreign_groove(load_rig(path)).startswith("the groove is that of ")  # a recording knows no file
     for name in shipped_rigs():
         assert not foreign_groove(load_rig(name)) and not foreign_groove(load_rig(name), name)
-    monkeypatch.setattr("trackdyn.commands.scenes._for_its_duration", lambda *_: None)
+    monkeypatch.setattr("trackdyn.commands.recordings._for_its_duration", lambda *_: None)
     for rig, warned in ((path, True), ("bench", False)):
         assert (remark in run_command("simulate", tmp_path / "run.npz", "--rig", rig, "--rpm", "115").err) == warned
 

@@ -13,9 +13,8 @@ import typer
 
 from trackdyn.commands import options
 from trackdyn.commands.field_tests import compare
-from trackdyn.commands.recordings import export, show
+from trackdyn.commands.recordings import export, show, simulate
 from trackdyn.commands.rig_files import check, new, rigs
-from trackdyn.commands.scenes import simulate
 from trackdyn.commands.studies import ring, sweep
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing

@@ -106,15 +106,11 @@ def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0)
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 
 
-def _rigs(incomplete: str) -> list[str]:
+def _rigs() -> list[str]:
     """Return included rigs for the completion of a shell, which offers files if none matches."""
     from trackdyn.rig.rig_file import shipped_rigs
 
-    return [name for name in shipped_rigs() if name.startswith(incomplete)]
-
-
-def _measures(incomplete: str) -> list[str]:
-    return [name for name in TOLERATED if name.startswith(incomplete)]
+    return list(shipped_rigs())
 
 
 _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
@@ -135,7 +131,9 @@ Tolerance = Annotated[
     ),
 ]  # fmt: skip
 _MEASURES = f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}."
-Measures = Annotated[list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=_measures)]
+Measures = Annotated[
+    list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=lambda: list(TOLERATED))
+]
 _PITCHES = "Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default."
 Pitches = Annotated[list[int] | None, repeatable("--pitch", "PITCH", _PITCHES)]
 Jobs = Annotated[

@@ -20,9 +20,7 @@ from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
 GRAVITY_RANGE = 0.005  # relative difference of gravity between poles and equator
-
-# Least number of turns for a test of drift, and the confidence of its slope.
-LEAST_DRIFTING, SLOPE_CONFIDENCE = 4, 0.8
+LEAST_DRIFTING, SLOPE_CONFIDENCE = 4, 0.8  # turns for a test of drift, and the confidence of its slope
 STUDIED_METHODS = ("semi_implicit", "rk4")  # with known step errors: a linearly implicit step is coarse on purpose
 
 
@@ -88,11 +86,10 @@ def shown_measures(recording: Recording) -> list[dict]:
             value, error = columns[name], columns.get(its_error, NAN)
             if value == value:
                 half_width = total(name, value, student(degrees(name)) * error if error else error)
-                entry = {"name": name, "measure": text, "value": value}
                 errors = {"error": total(name, value, error), "half_width": half_width}
+                entry = {"name": name, "measure": text, "value": value}
                 entry |= {kind: None if size != size else size for kind, size in errors.items()}
-                entry |= {"unit": "" if unit == "1" else unit}
-                rows.append(entry | ({"sensor": sensor} if several else {}))
+                rows.append(entry | {"unit": "" if unit == "1" else unit} | ({"sensor": sensor} if several else {}))
     return rows
 
 
@@ -124,8 +121,7 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
     periods = recording.periods
     needed = {"dominant peak and standard errors": LEAST_PERIODS * periods.loop}
     if recording.scene.contact_log:
-        passage = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
-        needed["contacts of the recorded pitches"] = passage
+        needed["contacts of the recorded pitches"] = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
     return {measure: seconds for measure, seconds in needed.items() if recording.seconds < seconds}
 
 

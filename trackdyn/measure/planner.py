@@ -169,9 +169,8 @@ class Plan(NamedTuple):
             first = max(min(duration, TRIAL_GROWTH * trial.seconds), least)
             last = MOST_GROWN * max(duration, least)
             judge = partial(_judge_record, trial.margins(self.tolerances), least)
-            (recording, cut, means, reached), converged = record_until(
-                trial.recorder, first, judge, ANSWER_GROWTH, last
-            )
+            judged, converged = record_until(trial.recorder, first, judge, ANSWER_GROWTH, last)
+            recording, cut, means, reached = judged
             if converged or trial.recorder.finished:
                 break
             trial, duration = self._cheaper(trial, means)

@@ -53,25 +53,21 @@ def advice(
     law of its friction (`sweeps.ring.other_grips`).
     """
     table = with_tooth_forces(study)
-    rings, bare = table.dropna(subset="ring_radius_m"), table[table["ring_radius_m"].isna()]
-    known, by = {condition_name(row) for row in bare[bare["tooth_peak_n"] > 0].itertuples()}, conditions(table)
-    if unknown := [
-        at for row in rings.drop_duplicates(by).sort_values(by).itertuples() if (at := condition_name(row)) not in known
-    ]:
+    rings, bare = table.dropna(subset="ring_radius_m"), table["ring_radius_m"].isna() & (table["tooth_peak_n"] > 0)
+    run = dict.fromkeys(condition_name(row) for row in rings.sort_values(conditions(table)).itertuples())
+    known = {condition_name(row) for row in table[bare].itertuples()}
+    if unknown := [at for at in run if at not in known]:
         sentences = [f"no ring can be chosen: the force of a tooth without a ring at {listed(unknown)} is not known"]
     elif (chosen := rule.radius(study)) == chosen:
         sentences = _choice(table, rule, chosen) + ([] if grips is None else [_other_grips(grips, rule)])
     else:
         sentences = _none(table, rule)
-    free, driven = (
-        windows(rows.groupby(rings["ring_radius_m"]).all().to_dict())
-        for rows in (rings["right_share_pct"] < TOUCHING, rings["tooth_peak_n"] > 0)
-    )
-    for name, radii in (
-        (f"force of a tooth at most {rule.tooth_force:g} {WITHOUT}", windows(rule.kept(study))),
-        (f"right arc free, below {TOUCHING:g} % of a turn", free),
-        ("a tooth is touched", driven),
+    for name, keeps in (
+        (f"force of a tooth at most {rule.tooth_force:g} {WITHOUT}", rings["tooth_ratio"] <= rule.tooth_force),
+        (f"right arc free, below {TOUCHING:g} % of a turn", rings["right_share_pct"] < TOUCHING),
+        ("a tooth is touched", rings["tooth_peak_n"] > 0),
     ):
+        radii = windows(keeps.groupby(rings["ring_radius_m"]).all().to_dict())
         sentences.append(f"{name}, {_everywhere(study)}: {'; '.join(map(str, radii)) or 'no radius'}")
     others = (f"{_radius(radius)} with {share:g}" for share, radius in rule.band(study).items())
     sentences.append(f"with another share instead of {rule.tooth_force:g} the rule recommends {', '.join(others)}")
@@ -80,18 +76,15 @@ def advice(
 
 def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
     """Return sentences on a ring that serves."""
-    radii = sorted(table["ring_radius_m"].dropna().unique())
     rows = table[table["ring_radius_m"] == chosen].sort_values(conditions(table))
     sentences = [f"recommended: a ring of radius {chosen:.4g} m"]
-    if chosen == radii[-1]:
+    if chosen == table["ring_radius_m"].max():
         largest = f"the recommended radius is the largest of the study, {chosen:.5g} m"
         sentences.insert(0, f"{largest}: a larger one may load a tooth by more")
-    forces = [f"{significant(row.tooth_peak_n)} N at {condition_name(row)}" for row in rows.itertuples()]
+    forces = listed([f"{significant(row.tooth_peak_n)} N at {condition_name(row)}" for row in rows.itertuples()])
     ratios = listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
-    sentences.append(
-        f"the largest force of a tooth in a passage is {listed(forces)}: {ratios} {WITHOUT}, at most "
-        f"{rule.tooth_force:g} as asked"
-    )
+    bound = f"{ratios} {WITHOUT}, at most {rule.tooth_force:g} as asked"
+    sentences.append(f"the largest force of a tooth in a passage is {forces}: {bound}")
     if (decided := rule.decided(table)) != chosen:
         row = rows.loc[((rule.tooth_force - rows["tooth_ratio"]) / rows["tooth_ratio_error"]).idxmin()]
         error = row["tooth_ratio_error"]
@@ -112,7 +105,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
             "normal force (mobilised friction)"
         )
     window = next(window for window in windows(rule.kept(table)) if chosen in window.radii)
-    return [*sentences, _wear(table, rule, chosen, window)]
+    return [*sentences, _wear(table, chosen, window)]
 
 
 def _other_grips(grips: pd.DataFrame, rule: RingRule) -> str:
@@ -145,7 +138,7 @@ def _price(table: pd.DataFrame, rows: pd.DataFrame) -> str:
     return f"its price: {', '.join(words)}{force}"
 
 
-def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) -> str:
+def _wear(table: pd.DataFrame, chosen: float, window: Window) -> str:
     """Return a sentence on the wear after which a ring no longer keeps the bound."""
     worn = 1e3 * (chosen - window.first)
     if window.below != window.below:
@@ -157,22 +150,20 @@ def _wear(table: pd.DataFrame, rule: RingRule, chosen: float, window: Window) ->
 
 def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
     """Return sentences on the reason why no ring serves."""
-    rings = table.dropna(subset="ring_radius_m")
-    worst = rule.worst(table)
+    rings, worst = table.dropna(subset="ring_radius_m"), rule.worst(table)
     bound = f"the force of a tooth at {rule.tooth_force:g} {WITHOUT} {_everywhere(table)}"
     if worst.empty:
         return [f"no ring can be chosen: none of these has a result {_everywhere(table)}, to keep {bound}"]
     least = rings[rings["ring_radius_m"] == worst.idxmin()]
-    row = least.loc[least["tooth_ratio"].idxmax()]
+    row, sentences = least.loc[least["tooth_ratio"].idxmax()], list[str]()
     arc = max(ARCS, key=lambda arc: row[f"{arc}_peak_n"])
-    sentences = []
     if serving := windows(rule.kept(table)):
         widest = max(serving, key=lambda window: window.last - window.first)
         if (width := widest.last - widest.first) < rule.wear:
             why = f"not over {1e3 * rule.wear:g} mm of wear: the widest window has {1e3 * width:.2g} mm"
         else:
-            next_larger = rings[rings["ring_radius_m"] == widest.above]
-            why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {_worst(next_larger)}"
+            larger = _worst(rings[rings["ring_radius_m"] == widest.above])
+            why = f"not a ring up to {SPAN:.1%} larger: at {widest.above:.5g} m {larger}"
         sentences.append(f"no ring of these serves: {'; '.join(map(str, serving))} keep {bound}, but {why}")
         if width < NARROW:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")

@@ -15,7 +15,7 @@ from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
 from trackdyn.jit import source_hash
 from trackdyn.measure.columns import words
-from trackdyn.measure.contacts import sampled_shares
+from trackdyn.measure.contacts import gathered, sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense, whole_revolutions
 from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
@@ -147,9 +147,8 @@ def work_of(recording: Recording) -> list[dict]:
 def signal(recording: Recording, stretch: float | None) -> dict:
     """Return the sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
     ay, rate = sense(recording).ay, recording.rate
-    chart: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
-    if stretch is not None:
-        chart["stretch"] = short(ay[: round(stretch * rate)])
+    begin = None if stretch is None else short(ay[: round(stretch * rate)])
+    chart: dict[str, Any] = {"rate": rate, "stretch": begin, "whole": None, "low": None, "band": None, "line": None}
     if len(ay) <= LONG_HISTORY:
         chart["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
     else:
@@ -253,9 +252,8 @@ def tension(stretch: Replay) -> dict:
     pitches = stretch.loop.scene.rig.chain.pitches
     bins = np.minimum((2 * stretch.along).astype(int), 2 * pitches - 1).ravel()
     values = stretch.tension.ravel()
-    low, high = np.full(2 * pitches, np.inf), np.full(2 * pitches, -np.inf)
-    np.minimum.at(low, bins, values)
-    np.maximum.at(high, bins, values)
+    low = gathered(np.minimum, values, (bins,), (2 * pitches,), np.inf)
+    high = gathered(np.maximum, values, (bins,), (2 * pitches,), -np.inf)
     measured = np.isfinite(low)
     spans = zip(stretch.names, stretch.spans.tolist(), strict=True)
     return {

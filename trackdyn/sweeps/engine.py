@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext, suppress
 from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -67,27 +67,18 @@ class Store:
 
     def read(self, keys: Iterable[str]) -> dict[str, dict]:
         """Return the stored rows of ``keys``; report the number of damaged files on standard error."""
-        paths = {key: path for key in keys if (path := self.folder / f"{key}.json").exists()}
-        rows = {key: row for key, path in paths.items() if (row := self._row(path, key))}
-        if damaged := len(paths) - len(rows):
+        rows, damaged = dict[str, dict](), 0
+        for key in keys:
+            if (path := self.folder / f"{key}.json").exists():
+                with suppress(InputError, ValueError):
+                    checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
+                    if checksum == _checksum(content[:-1]) and (row := json.loads(content))["key"] == key:
+                        rows[key] = row
+                damaged += key not in rows
+        if damaged:
             words = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
             print(f"trackdyn: {self.folder}: {words} ignored; they are computed again", file=sys.stderr)
         return rows
-
-    def _row(self, path: Path, key: str) -> dict[str, Any] | None:
-        """Return the row of a file, or None if it is damaged or that of another key."""
-        try:
-            checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
-            row = json.loads(content) if checksum == _checksum(content[:-1]) else None
-        except (InputError, ValueError):
-            return None
-        return row if row and row["key"] == key else None
-
-    @contextmanager
-    def computing(self, key: str) -> Iterator[None]:
-        """Mark a row as being computed by this process; the mark remains if the process is killed."""
-        with marked(self.folder / f".{key}.{MACHINE}-{os.getpid()}.trackdyn-row"):
-            yield
 
     def abandoned(self) -> set[str]:
         """Remove the marks of killed processes of this machine; return the keys of their rows."""
@@ -245,7 +236,7 @@ def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
     """Compute and store the row of ``key``: the values that ``compute`` returns for ``task``, or a state and reason."""
     row = without_values(key, DONE, "")
     try:
-        with store.computing(key):
+        with marked(store.folder / f".{key}.{MACHINE}-{os.getpid()}.trackdyn-row"):  # which remains if it is killed
             row["values"] = compute(**task)
     except (OutOfMemoryError, MemoryError) as error:
         row |= {"state": FAILED, "reason": str(error) or "the free memory does not suffice"}

@@ -74,13 +74,7 @@ def ring_study(
 
 
 def other_grips(
-    rig: Rig,
-    study: pd.DataFrame,
-    radius: float,
-    jobs: int | None = None,
-    store: Path | str | None = None,
-    progress: bool = False,
-    step: Sequence[float] = (),
+    rig: Rig, study: pd.DataFrame, radius: float, jobs: int | None, store: Path, progress: bool, step: Sequence[float]
 ) -> pd.DataFrame:
     """Run a ring with Dahl's law, soft and hard in shear, and return a row for each.
 
@@ -113,8 +107,7 @@ def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bo
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
         rows.append(row_of({"rig": contents[id(scene.rig)], "changes": {}, "scene": fields, "stop_rule": stop_rule}))
     results = computed_rows(rows, jobs, store, "ring" if progress else "")
-    # a ring is not judged without its neighbours
-    check_completed(results, "run the study again: stored rows are reused")
+    check_completed(results, "run the study again: stored rows are reused")  # no ring is judged without its neighbours
     outcomes = pd.DataFrame(results).drop(columns="values")
     table = pd.DataFrame([result["values"] for result in results]).assign(**outcomes)
     table[SCENE_COLUMNS] = np.array([(s.motor_rpm, s.load, s.ring_radius) for s in scenes], float)
