@@ -65,7 +65,7 @@ def _parse_ring(text: str | float) -> float:
     return nan if text == "none" else parse_number("--ring-radius", text, accepted)
 
 
-def parse_share(name: str, text: str | float, example: str, whole: bool = False) -> float:
+def _parse_share(name: str, text: str | float, example: str, whole: bool) -> float:
     """Parse ``2%``, ``0.02`` or 0.02 as a share between 0 and 1 (1 included if ``whole``), else `InputError`."""
     number, percent = str(text).strip().removesuffix("%"), str(text).strip().endswith("%")
     accepted = f"must be {'above 0 and at most 1' if whole else 'between 0 and 1'}, such as {example}"
@@ -73,6 +73,11 @@ def parse_share(name: str, text: str | float, example: str, whole: bool = False)
     if 0 < share < 1 or (whole and share == 1):
         return share
     raise InputError(f"{name} = {shown(text)}: {accepted}")
+
+
+def share(name: str, example: str, help: str, whole: bool = False) -> Any:
+    """Return an option of a share."""
+    return parsed(name, lambda text: _parse_share(name, text, example, whole), "SHARE", help)
 
 
 def _parse_file(name: str, text: str | Path, endings: tuple[str, ...]) -> Path:
@@ -123,13 +128,7 @@ _LOAD = "Pull of the chain by a brake, such as 3kN; the rig's, usually none, by 
 Load = Annotated[float | None, parsed("--load", parse_load, "FORCE", _LOAD)]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 _SHARE = "2% or 0.02"
-Tolerance = Annotated[
-    float | None,
-    parsed(
-        "--tolerance", lambda text: parse_share("--tolerance", text, _SHARE), "SHARE",
-        f"Error of a measure, such as {_SHARE}.",
-    ),
-]  # fmt: skip
+Tolerance = Annotated[float | None, share("--tolerance", _SHARE, f"Error of a measure, such as {_SHARE}.")]
 _MEASURES = f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}."
 Measures = Annotated[
     list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=lambda: list(TOLERATED))

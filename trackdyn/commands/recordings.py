@@ -60,6 +60,7 @@ def simulate(
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
+    loaded = load_rig(rig) if rate is None else load_rig(rig).sampled(rate)
     stated = {"ring_radius": ring_radius, "step": step, "pitches": pitch or None, "load": load}
     fields: dict[str, Any] = {name: value for name, value in stated.items() if value is not None}
     if ring_radius != ring_radius:
@@ -72,7 +73,6 @@ def simulate(
         fields[name] = value
         if (name, value) == ("chain", "belt"):
             fields |= {"ring_radius": None, "contact_log": False}
-    loaded = load_rig(rig) if rate is None else load_rig(rig).sampled(rate)
     scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if foreign := foreign_groove(loaded, rig):
         console.warn(foreign)

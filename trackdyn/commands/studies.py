@@ -13,18 +13,13 @@ from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.version import __version__
 
-PICTURES = ("force", "fig23_a", "fig23_b", "fig24", "sliding")
-PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
 CAPTIONS = {  # of the pictures on the page
     "force": "Largest force of a tooth and of a link on the ring in a passage: with every ring, and without one",
     "fig24": "Contact durations of the arcs of a connector with the teeth, and of a link with the ring",
     "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
     "sliding": "Friction work on the teeth and on the ring in a turn of the sprocket",
 }
-
-
-def _parse_share(text: str | float) -> float:
-    return options.parse_share("--tooth-force", text, "0.5 or 50%", whole=True)
+PICTURE_FILES = [f"{name}.{ending}" for name in (*CAPTIONS, "fig23_b") for ending in ("png", "svg")]
 
 
 def _parse_wear(text: str | float) -> float:
@@ -50,7 +45,7 @@ def ring(
     ] = None,
     tooth_force: Annotated[
         float,
-        options.parsed("--tooth-force", _parse_share, "SHARE", "Allowed force of a tooth over that without a ring."),
+        options.share("--tooth-force", "0.5 or 50%", "Allowed force of a tooth over that without a ring.", whole=True),
     ] = 0.5,
     wear: Annotated[
         float, options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm.")
@@ -119,8 +114,8 @@ def _write_study(out: Path, study, rig, rule, rig_name: str, **content) -> None:
     if (chosen := rule.radius(study)) == chosen:
         marks[CHOSEN] = chosen
     force = force_figure(study, rule.tooth_force, chosen, windows(rule.kept(study)))
-    drawn = force, *figures(study, marks).values(), sliding_figure(study, marks)
-    for name, figure in zip(PICTURES, drawn, strict=True):
+    drawn = {"force": force, **figures(study, marks), "sliding": sliding_figure(study, marks)}
+    for name, figure in drawn.items():
         save(figure, out / f"{name}.png")
     run = ""
     if chosen == chosen:

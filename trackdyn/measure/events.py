@@ -44,8 +44,7 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
     free = VISIT * turn
     visit = (rows["start_s"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
     visits = rows.groupby(visit).agg({"connector": "first", "start_s": "min", "end_s": "max", "peak_n": "max"})
-    last = recording.force[-1:, :, SIDES.index(side)].any(axis=0)  # no sample, no contact
-    touching = recording.pitches[last] - 1
+    touching = recording.pitches[recording.force[-1:, :, SIDES.index(side)].any(axis=0)] - 1  # no sample, no contact
     latest = visits["start_s"] > recording.seconds - free
     cut = latest & (visits["connector"].isin(touching) | visits["end_s"].gt(recording.seconds - FLIGHT * turn))
     return visits[(visits["start_s"] > free) & ~cut].sort_values("end_s")[["end_s", "peak_n"]]

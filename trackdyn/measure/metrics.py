@@ -27,8 +27,7 @@ STUDIED_METHODS = ("semi_implicit", "rk4")  # with known step errors: a linearly
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
     """Return the columns of a run for one sensor."""
     signal = sense(recording, sensor=sensor)
-    measured = sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz)
-    return measured | {"clipped_samples": signal.clipped}
+    return sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz) | {"clipped_samples": signal.clipped}
 
 
 def run_metrics(name: str, recording: Recording) -> dict:

@@ -103,8 +103,7 @@ class Window(NamedTuple):
 
 def windows(kept: Mapping[float, bool]) -> list[Window]:
     """Return the windows of the radii (m) of a study by whether a bound is kept with each."""
-    radii = sorted(kept)
-    runs = [list(run) for _, run in groupby(radii, key=lambda radius: kept[radius])]
+    runs = [list(run) for _, run in groupby(sorted(kept), key=lambda radius: kept[radius])]
     ends = [float("nan"), *(run[-1] for run in runs)], [*(run[0] for run in runs), float("nan")]
     return [Window(ends[0][k], tuple(map(float, run)), ends[1][k + 1]) for k, run in enumerate(runs) if kept[run[0]]]
 

@@ -1,8 +1,4 @@
-"""Stopping criteria: end a run when its measures have converged.
-
-Criteria are on measures of every link (`measure.planner`), and on contacts with the sprocket, of which every pitch is a
-sample (`run_steady`).
-"""
+"""Stopping criteria: end a run when measures of every link (`measure.planner`) or contacts of every pitch converged."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -37,9 +33,8 @@ def record_until(
     rate = recorder.loop.scene.rig.rate
     judged = first * rate
     while True:
-        if not recorder.finished and recorder.done < judged:
+        while not recorder.finished and recorder.done < judged:
             recorder.chunk()
-            continue
         answer, converged = judge(recorder.recording())
         if converged or recorder.finished or recorder.done >= last * rate:
             return answer, converged
@@ -99,11 +94,8 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
         if share.estimate().value >= TOUCHING:  # forces of short contacts are not judged
             tolerances[f"{side}_force"] = rule.force
     first, _, reached = judge_series(measures, tolerances, rule.visits(recording.scene.rig))
-    converged = all(reached.values())
-    if not first:
-        return 0.0, converged
-    start = table.loc[table["passage"] == first, "start_s"].min()
-    return float(start) - LONGEST_CONTACT * recording.periods.turn, converged
+    start = table.loc[table["passage"] == first, "start_s"].min() - LONGEST_CONTACT * recording.periods.turn
+    return float(start) if first else 0.0, all(reached.values())
 
 
 def check_driven(scene: Scene) -> None:
