@@ -11,15 +11,12 @@ from trackdyn.model.arrays import SIDE_WORDS, SIDES
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))
-SHOWN = (
-    *(measure.column.name for measure in CATALOGUE if measure.column.shown),
-    *_DICTIONARY["shown"],
-)  # printed with a run
+# printed with a run
+SHOWN = (*(measure.column.name for measure in CATALOGUE if measure.column.shown), *_DICTIONARY["shown"])
 # columns of metrics.csv: type, unit, description, standard error or the reason why there is none (None for errors)
 METRIC_COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
 for _measure in CATALOGUE:
-    _column = _measure.column
-    if _column.text:
+    if (_column := _measure.column).text:
         METRIC_COLUMNS[_column.name] = "number", _column.unit, _column.text, _column.error
         if _column.has_error:
             _over = "over revolutions of the loop" if _measure in ACCELERATION else "by batch means over passages"

@@ -8,6 +8,7 @@ from trackdyn.inputs.errors import InputError, shown
 LEAST_PERIODS = 2.0  # periods of a line in its record
 LOW_RANGE_HZ = 2.0  # range that is drawn line by line
 BAND_HZ = 2.0  # width of the bands over the whole range, to half a turn of the loop
+HIGH_HZ = 20.0  # above the lines of the loop and of the pitches: content of impacts
 _HARMONICS = 8
 # fundamentals times samples, some ten minutes at 1 kHz, beyond which scipy.signal is faster in spite of its import
 MOST_TERMS = 100_000_000
@@ -94,12 +95,10 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     a = a - np.mean(a)
     if np.max(np.abs(a)) == 0.0:
         raise InputError("the signal is constant and has no line: use a record of the moving track.")
-    bin_hz = rate_hz / a.size
+    bin_hz, seconds = rate_hz / a.size, a.size / rate_hz
     if not holds_line(a.size, rate_hz, expected_hz):
-        raise InputError(
-            f"the record of {a.size / rate_hz:g} s has fewer than two periods of {expected_hz:g} Hz: "
-            "use a longer record."
-        )
+        few = f"has fewer than two periods of {expected_hz:g} Hz"
+        raise InputError(f"the record of {seconds:g} s {few}: use a longer record.")
     # above half of the line, whose harmonics would fit the signal as well
     half_width = min(max(bin_hz, 0.05 * expected_hz), expected_hz / 3)
     highest = expected_hz + half_width
@@ -119,13 +118,9 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
         bend = 2.0 * middle - below - above
         hz += 0.5 * step * (np.clip((above - below) / bend, -2.0, 2.0) if bend > 0.0 else np.sign(above - below))
         step *= 0.1
-    first = fitted(np.array([hz]))[1][0, harmonics + 1]
-    middle_s = 0.5 * (a.size - 1) / rate_hz
+    first, middle_s = fitted(np.array([hz]))[1][0, harmonics + 1], 0.5 * (a.size - 1) / rate_hz
     phase = np.angle(first * np.exp(-2j * np.pi * hz * middle_s))
     return float(hz), float(2.0 * np.abs(first)), float(phase)
-
-
-HIGH_HZ = 20.0  # above the lines of the loop and of the pitches: content of impacts
 
 
 def high_passed(a, rate_hz: float) -> np.ndarray:
