@@ -119,8 +119,7 @@ def main() -> None:
     except OSError as error:
         if error.filename is None:  # standard output is closed or full
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        path = error.filename or "standard output"
-        sentence = f"{path}: {error.strerror}; give a path that can be written"
+        sentence = f"{error.filename or 'standard output'}: {error.strerror}; give a path that can be written"
         if error.filename is None and error.errno == ENOENT:
             sentence = "the present folder does not exist any more; change to another one"
     except Exception as error:

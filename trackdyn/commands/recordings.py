@@ -100,9 +100,8 @@ def simulate(
     console.remarks(answer.recording)
     console.answer(answer)
     if not answer.converged:
-        raise InputError(
-            f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has the run so far"
-        )
+        short = f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}"
+        raise InputError(f"{short}; {out} has the run so far")
 
 
 def _for_its_duration(scene, out: Path, quiet: bool) -> None:

@@ -135,10 +135,8 @@ def _check_meshing(study) -> None:
 
     bare = study["ring_radius_m"].isna() & (study["state"] == DONE)
     if len(idle := study.loc[bare & ~(study["tooth_peak_n"] > 0), "rpm"]):
-        raise InputError(
-            f"--rpm = {idle.iloc[0]:g}: without a ring no connector touches a tooth at this speed, the chain does not "
-            "mesh; leave it out"
-        )
+        reason = "without a ring no connector touches a tooth at this speed, the chain does not mesh; leave it out"
+        raise InputError(f"--rpm = {idle.iloc[0]:g}: {reason}")
 
 
 def _numbers(text: str, option: str) -> list[float]:
@@ -230,11 +228,8 @@ def sweep(
         typer.echo(f"trackdyn: warning: {out}: {states_summary(results)}; the first reason: {rest.iloc[0]}", err=True)
     if len(rest) == len(results):
         raise InputError(f"{out}: no row completed; the reason of the first one: {rest.iloc[0]}")
-    failed = [place for place, state in enumerate(results["state"], 1) if state == FAILED]
-    if failed:
+    if failed := [place for place, state in enumerate(results["state"], 1) if state == FAILED]:
         first = results.iloc[failed[0] - 1]
-        named = f" ({first['name']})" if "name" in results else ""
-        raise InputError(
-            f"{out}: {len(failed)} rows failed for reasons that may pass, the first of them row {failed[0]}"
-            f"{named}: {first['reason']}; the same command tries them again"
-        )
+        named = f"row {failed[0]}" + (f" ({first['name']})" if "name" in results else "")
+        failures = f"{len(failed)} rows failed for reasons that may pass, the first of them {named}: {first['reason']}"
+        raise InputError(f"{out}: {failures}; the same command tries them again")

@@ -86,24 +86,20 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
     bound = f"{ratios} {WITHOUT}, at most {rule.tooth_force:g} as asked"
     sentences.append(f"the largest force of a tooth in a passage is {forces}: {bound}")
     if (decided := rule.decided(table)) != chosen:
-        row = rows.loc[((rule.tooth_force - rows["tooth_ratio"]) / rows["tooth_ratio_error"]).idxmin()]
-        error = row["tooth_ratio_error"]
-        value, errors = plain(with_error(row["tooth_ratio"], error)), (rule.tooth_force - row["tooth_ratio"]) / error
-        sentences.append(
-            f"this is not decided: at {condition_name(row)} the force is {value} (standard error) {WITHOUT}, "
-            f"{errors:.2g} of its errors below the bound, and {DECIDED:g} decide; a smaller step does, or a ring of "
-            f"{_radius(decided)}"
-            if errors < DECIDED
-            else f"this is not decided: rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
-        )
+        apart = (rule.tooth_force - rows["tooth_ratio"]) / rows["tooth_ratio_error"]
+        row, errors = rows.loc[apart.idxmin()], apart.min()
+        why = f"rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"
+        if errors < DECIDED:
+            value = f"{plain(with_error(row['tooth_ratio'], row['tooth_ratio_error']))} (standard error) {WITHOUT}"
+            why = f"at {condition_name(row)} the force is {value}, {errors:.2g} of its errors below the bound, and "
+            why += f"{DECIDED:g} decide; a smaller step does, or a ring of {_radius(decided)}"
+        sentences.append(f"this is not decided: {why}")
     if untouched := [condition_name(row) for row in rows[rows["tooth_peak_n"] == 0].itertuples()]:
         sentences.append(f"friction drive: no tooth is touched at {listed(untouched)}, only the ring drives")
     sentences.append(_price(table, rows))
     if "mobilised_friction" in rows and rows["mobilised_friction"].notna().any():
-        sentences.append(
-            f"the ring's grip: a friction of {_span(rows['mobilised_friction'])} is in use, its tangential over its "
-            "normal force (mobilised friction)"
-        )
+        grip = f"a friction of {_span(rows['mobilised_friction'])} is in use, its tangential over its normal force"
+        sentences.append(f"the ring's grip: {grip} (mobilised friction)")
     window = next(window for window in windows(rule.kept(table)) if chosen in window.radii)
     return [*sentences, _wear(table, chosen, window)]
 
@@ -169,19 +165,15 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")
     else:
         sentences.append(f"no ring of these keeps {bound}")
-    sentences.append(
-        f"the least share that any keeps {_everywhere(table)} is {row['tooth_ratio']:.2f}: "
-        f"{row['ring_radius_m']:.5g} m, at {condition_name(row)}, on the {arc} arc"
-    )
+    place = f"{row['ring_radius_m']:.5g} m, at {condition_name(row)}, on the {arc} arc"
+    sentences.append(f"the least share that any keeps {_everywhere(table)} is {row['tooth_ratio']:.2f}: {place}")
     touching = rings[rings["right_share_pct"] >= TOUCHING]
     free = set(rings["ring_radius_m"]) - set(touching["ring_radius_m"])
     back = touching[touching["ring_radius_m"] > min(free, default=float("inf"))]
     if len(back):
         first = back.loc[back["ring_radius_m"].idxmin()]
-        sentences.append(
-            f"the right arc comes back at {first['ring_radius_m']:.5g} m: {first['right_share_pct']:.2g} % of a turn "
-            f"at {condition_name(first)}"
-        )
+        share = f"{first['right_share_pct']:.2g} % of a turn at {condition_name(first)}"
+        sentences.append(f"the right arc comes back at {first['ring_radius_m']:.5g} m: {share}")
     elif not free:
         sentences.append("the right arc is never free")
     tight = rings.loc[rings["ring_radius_m"].idxmax()]

@@ -155,10 +155,8 @@ class RingRule(_Smallest):
 
     def __post_init__(self) -> None:
         if not 0 < self.tooth_force <= 1:
-            raise InputError(
-                f"tooth_force = {self.tooth_force:g}: must be above 0 and at most 1, the force of a tooth over that "
-                "without a ring, such as 0.5"
-            )
+            accepted = "above 0 and at most 1, the force of a tooth over that without a ring, such as 0.5"
+            raise InputError(f"tooth_force = {self.tooth_force:g}: must be {accepted}")
         if not 0 <= self.wear < float("inf"):
             raise InputError(f"wear = {self.wear:g}: must be a length from 0 on, m, such as 0.002")
 

@@ -75,10 +75,8 @@ def highest_line(a, rate_hz: float, low_hz: float, high_hz: float) -> tuple[floa
     freq, amplitude = spectrum(a, rate_hz)
     inside = np.flatnonzero((freq >= low_hz) & (freq <= high_hz) & (freq > 0.0))
     if inside.size == 0:
-        raise InputError(
-            f"no line of the spectrum lies between {low_hz:g} and {high_hz:g} Hz (the lines are "
-            f"{freq[1]:g} Hz apart): widen the band or use a longer record."
-        )
+        remedy = f"(the lines are {freq[1]:g} Hz apart): widen the band or use a longer record."
+        raise InputError(f"no line of the spectrum lies between {low_hz:g} and {high_hz:g} Hz {remedy}")
     k = inside[np.argmax(amplitude[inside])]
     return float(freq[k]), float(amplitude[k])
 

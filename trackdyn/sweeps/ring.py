@@ -52,10 +52,8 @@ def ring_study(
     radii, high = list(requested), Scene.ring_range(rig)[1]
     rpms, pulls = sorted(set(speeds)), [rig.load] if loads is None else sorted(set(loads))
     if rule and radii and radii[-1] < (least := least_ring(rig)) and radii[0] >= Scene.ring_range(rig)[0]:
-        raise InputError(
-            f"radii: the largest, {radii[-1]:.5g} m, carries nothing: a ring carries the chain from {least:.5g} m on; "
-            "give larger radii"
-        )
+        remedy = f"a ring carries the chain from {least:.5g} m on; give larger radii"
+        raise InputError(f"radii: the largest, {radii[-1]:.5g} m, carries nothing: {remedy}")
 
     def run(radii: Sequence[float]) -> pd.DataFrame:
         scenes = [Scene(rig, rpm, ring, load=load) for ring in (None, *radii) for load in pulls for rpm in rpms]

@@ -53,10 +53,8 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     check_header(list(table.columns), source)
     for name in table.columns:
         if name not in DESIGN_COLUMNS and not Rig.may_have(name):
-            raise InputError(
-                f"{source}: {shown(name)} is not a column of a design; expected a field of the scene such as "
-                "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
-            )
+            fields = "of the scene such as motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
+            raise InputError(f"{source}: {shown(name)} is not a column of a design; expected a field {fields}")
     if "motor_rpm" not in table.columns:
         raise InputError(f"{source}: has no column motor_rpm; add it")
     if not len(table):
