@@ -49,10 +49,8 @@ def of_mapping() -> dict[str, Parameter]:
         else:
             plain, metavar = (int, "COUNT") if "integer" in kinds else (str, "ANGLE" if "number" in kinds else "TEXT")
             option = Annotated[plain | None, typer.Option(name, metavar=metavar, help=help)]
-        default = False if "boolean" in kinds else None
-        mapped[field] = Parameter(
-            f"{field}_" if iskeyword(field) else field, Parameter.KEYWORD_ONLY, default=default, annotation=option
-        )
+        named, default = f"{field}_" if iskeyword(field) else field, False if "boolean" in kinds else None
+        mapped[field] = Parameter(named, Parameter.KEYWORD_ONLY, default=default, annotation=option)
     del mapped["sensors"]
     return mapped
 

@@ -97,9 +97,8 @@ def ring(
     with noting(inputs, *outputs):
         _write_study(out, study, loaded, judge, rig_name=rig, **about)
     if not quiet:
-        typer.echo(
-            "\n".join([validity, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"])
-        )
+        lines = validity, *(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"
+        typer.echo("\n".join(lines))
 
 
 def _write_study(out: Path, study, rig, rule, rig_name: str, **content) -> None:

@@ -74,16 +74,10 @@ def contact_table(recording: Recording, pitches: Sequence[int] | int = ()) -> pd
         raise InputError("contacts: the recording has no log of them; run a scene with contact_log=True, and no belt")
     if wrong := [pitch for pitch in pitches if pitch not in range(1, count + 1)]:
         raise InputError(f"pitch = {shown(wrong[0])}: is not a pitch of this chain; 1 to {count} are")
-    rows = contacts(recording)
-    table = pd.DataFrame(
-        {
-            "pitch": rows["pitch"] + 1,
-            "side": np.array(SIDES)[rows["side"]],
-            **{name: rows[name] for name in ("groove", "start_s", "end_s", "touching_s")},
-            "share_pct": 100 * rows["touching_s"] / recording.periods.turn,
-            **{name: rows[name] for name in ("peak_n", "peak_s", "impulse_ns")},
-        }
-    )
+    rows, turn = contacts(recording), recording.periods.turn
+    names = ["pitch", "side", "groove", "start_s", "end_s", "touching_s", "share_pct", "peak_n", "peak_s", "impulse_ns"]
+    rows |= {"pitch": rows["pitch"] + 1, "side": np.array(SIDES)[rows["side"]]}
+    table = pd.DataFrame(rows | {"share_pct": 100 * rows["touching_s"] / turn}, columns=names)
     chosen = table[table["pitch"].isin(pitches)] if pitches else table
     return chosen.sort_values(["pitch", "start_s", "side"], ignore_index=True)
 

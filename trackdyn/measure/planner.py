@@ -13,7 +13,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf
+from math import hypot, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -176,9 +176,9 @@ class Plan(NamedTuple):
             trial, duration = self._cheaper(trial, means)
         measures = {}
         for name, mean in means.items():
-            scale = scale_of(name, mean.value)
-            error = trial.error[name]._replace(half_width=mean.half_width / scale).total
-            measures[name] = mean._replace(half_width=error * scale)
+            scale, error = scale_of(name, mean.value), trial.error[name]
+            scatter = hypot(error.bias_error, mean.half_width / scale)  # of bias and record
+            measures[name] = mean._replace(half_width=(error.bias + scatter) * scale)
         reason = f"the step was chosen for {', '.join(self.margins)}; other measures may be less accurate"
         resolved = recording.resolution._replace(state=OPEN, reason=reason)._asdict()
         transient = recording.scene.lead_in + cut * recording.periods.passage

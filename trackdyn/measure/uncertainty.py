@@ -224,11 +224,6 @@ class TotalError(NamedTuple):
     half_width: float  # half of the 95 % interval of the record
     scatter: float  # two standard errors: the half width for many batches
 
-    @property
-    def total(self) -> float:
-        """Bias plus the combined scatter of bias and record."""
-        return self.bias + hypot(self.bias_error, self.half_width)
-
     def margin(self, tolerance: float) -> float:
         """Return the tolerance of the half width; 0 if the bias exceeds the tolerance."""
         rest = tolerance - self.bias

@@ -103,15 +103,13 @@ def placed(outline, origin, angle: float) -> np.ndarray:
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
 
-Highlight = Iterable[int] | Mapping[int, dict]
-
-
-def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: float = 1.0) -> None:
+def draw_chain(
+    ax: Axes, rig: Rig, frame, highlight: Iterable[int] | Mapping[int, dict] = (), opacity: float = 1.0
+) -> None:
     """Draw every body of a row of ``Recording.frame``.
 
-    Bodies of ``highlight`` (0-based; even numbers are links) are drawn in a darker colour and hatched; a mapping
-    gives each its look, ``MARKED`` or ``MARKED_TOO``. An ``opacity`` of the faces below 1 lets the grooves shine
-    through in close views.
+    Bodies of ``highlight`` (0-based; even numbers are links) are darker and hatched; a mapping gives each its look,
+    ``MARKED`` or ``MARKED_TOO``. An ``opacity`` below 1 lets the grooves shine through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
     looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
