@@ -362,10 +362,7 @@ def _settled(rest: Loop, choices: list[Trial], tolerances: Mapping[str, float], 
 
 
 def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]) -> bool:
-    """Return whether the last two turns differ by at most `DRIFT` of the tolerances, or the sign of changes alternates.
-
-    Turns then scatter, and a longer lead-in would not help.
-    """
+    """Return whether the last two turns differ by at most `DRIFT` of the tolerances, or changes alternate in sign."""
     for name, tolerance in tolerances.items():
         values = [turn[name] for turn in turns[-3:] if name in turn]
         changes = np.diff(values)
@@ -373,7 +370,7 @@ def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]
             if values or len(turns) < 2:
                 return False
             continue  # a side without contact does not drift
-        reversed_sign = len(changes) > 1 and changes[0] * changes[1] < 0
+        reversed_sign = len(changes) > 1 and changes[0] * changes[1] < 0  # scatter, which no longer lead-in reduces
         if abs(changes[-1]) > DRIFT * tolerance * (scale_of(name, values[-1]) or 0.0) and not reversed_sign:
             return False
     return True

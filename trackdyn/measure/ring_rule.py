@@ -118,16 +118,13 @@ class _Smallest:
         raise NotImplementedError
 
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring can be chosen, also when it has worn, by its radius (m).
-
-        It was run at every speed and load. Bounds are kept by this number of standard ``errors``.
-        """
+        """Return whether a ring can be chosen, also when worn, by radius (m), if bounds are kept by some ``errors``."""
         by, keeps = conditions(study), self.kept(study, errors)
-        count, runs = len(study.drop_duplicates(by)), study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"]
-        counts = runs.value_counts()
+        count = len(study.drop_duplicates(by))
+        counts = study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"].value_counts()
         first = {radius: window.first for window in windows(keeps) for radius in window.radii}
         return {
-            radius: bool(counts[radius] == count)
+            radius: bool(counts[radius] == count)  # run at every speed and load
             and all(keeps[other] for other in keeps if radius <= other <= radius * (1 + SPAN))
             and radius - first[radius] >= self.wear - 1e-9
             for radius in keeps

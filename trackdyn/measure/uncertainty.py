@@ -260,13 +260,10 @@ def judge_series(
 
 
 def drifts(measures: Mapping[str, Series], tolerances: Mapping[str, float]) -> bool:
-    """Return whether the halves of a record differ, by more than their scatter and by more than `DRIFT` of a tolerance.
-
-    Such a slow transient does not increase the scatter of batches.
-    """
+    """Return whether the halves of a record differ by more than their scatter and by more than `DRIFT` of a tolerance."""
     for name, tolerance in tolerances.items():
         if name in measures and len(measures[name].values) >= 2 * LEAST_PASSAGES:
-            halves = np.array_split(measures[name].linear(), 2)
+            halves = np.array_split(measures[name].linear(), 2)  # batches do not scatter by a slow transient
             first, second = (float(half.mean()) for half in halves)
             scatter = hypot(*(batch_error(half)[0] for half in halves))
             scale = measures[name].scale or abs(first + second) / 2

@@ -111,10 +111,7 @@ def upper_edge(y, groups: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
-    """Thin a long curve to the least and greatest value of each of ``groups`` intervals, which looks the same.
-
-    A curve of at most twice as many points is returned as it is; ``x`` rises.
-    """
+    """Thin a long curve, whose ``x`` rises, to the extremes of each of ``groups`` intervals, which looks the same."""
     x, y = np.asarray(x), np.asarray(y)
     if len(x) <= 2 * groups:
         return x, y

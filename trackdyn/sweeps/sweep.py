@@ -63,13 +63,10 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
-    """Return the rows of a design; invalid values are the ``reason`` of their row.
-
-    ``rig`` is for rows that name no other; `InputError`: it cannot be used, and there is no column ``rig``.
-    """
+    """Return the rows of a design, with ``rig`` if they name none; invalid values are the ``reason`` of their row."""
     read = cache(lambda path: load_rig(path).model_dump())
     if "rig" not in table.columns:
-        read(rig)
+        read(rig)  # `InputError` if it cannot be used
     columns = [table[name].tolist() for name in table.columns]
     return [_row(dict(zip(table.columns, cells, strict=True)), rig, read) for cells in zip(*columns, strict=True)]
 
