@@ -260,7 +260,7 @@ def judge_series(
 
 
 def drifts(measures: Mapping[str, Series], tolerances: Mapping[str, float]) -> bool:
-    """Return whether the halves of a record differ by more than their scatter and by more than `DRIFT` of a tolerance."""
+    """Return whether the halves of a record differ by more than their scatter and than `DRIFT` of a tolerance."""
     for name, tolerance in tolerances.items():
         if name in measures and len(measures[name].values) >= 2 * LEAST_PASSAGES:
             halves = np.array_split(measures[name].linear(), 2)  # batches do not scatter by a slow transient
