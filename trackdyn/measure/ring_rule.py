@@ -118,7 +118,7 @@ class _Smallest:
         raise NotImplementedError
 
     def serving(self, study: pd.DataFrame, errors: float = 0.0) -> dict[float, bool]:
-        """Return whether a ring serves, also when worn, by radius (m); bounds are kept by this many standard ``errors``."""
+        """Return whether a ring serves, also when worn, by radius (m); bounds are kept by this many ``errors``."""
         by, keeps = conditions(study), self.kept(study, errors)
         count = len(study.drop_duplicates(by))
         counts = study.drop_duplicates([*by, "ring_radius_m"])["ring_radius_m"].value_counts()
