@@ -5,7 +5,7 @@ Bounds do not depend on which radii a study has, so that no end of their range m
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 from math import ceil, floor
 from typing import NamedTuple
 
@@ -56,11 +56,9 @@ def with_tooth_forces(study: pd.DataFrame) -> pd.DataFrame:
     ring and its standard error (1); ``tension_ratio``, the tension of the strand over that without a ring (1). They are
     NaN where a run, or the one without a ring, has no result.
     """
-    columns = (f"{arc}_{name}" for arc in ARCS for name in ("peak_n", "peak_error_n", "rms_n"))
-    table = study.reindex(columns=dict.fromkeys((*study.columns, *columns, "settled_tension_n"))).copy()
-    peaks, errors, rms = (
-        table[[f"{arc}_{name}" for arc in ARCS]].to_numpy(float) for name in ("peak_n", "peak_error_n", "rms_n")
-    )
+    of_arcs = [[f"{arc}_{name}" for arc in ARCS] for name in ("peak_n", "peak_error_n", "rms_n")]
+    table = study.reindex(columns=dict.fromkeys((*study.columns, *chain(*of_arcs), "settled_tension_n"))).copy()
+    peaks, errors, rms = (table[columns].to_numpy(float) for columns in of_arcs)
     larger = np.nan_to_num(peaks).argmax(axis=1)[:, None]
     table["tooth_peak_n"] = peaks.max(axis=1)
     table["tooth_peak_error_n"] = np.take_along_axis(errors, larger, axis=1)[:, 0]
