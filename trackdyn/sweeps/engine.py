@@ -72,7 +72,7 @@ class Store:
             if (path := self.folder / f"{key}.json").exists():
                 with suppress(InputError, ValueError):
                     checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
-                    if checksum == _checksum(content[:-1]) and (row := json.loads(content))["key"] == key:
+                    if checksum == _checksum(content[:-1]) and (row := json.loads(content)) and row["key"] == key:
                         rows[key] = row
                 damaged += key not in rows
         if damaged:
