@@ -128,26 +128,18 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
     without_gravity = False
     if record.ay.min() >= 0 > signal.ay.min() and explains(_misfit(shape[:1], [undirected])):
-        sentence = (
-            "ay is never below 0, as the size of the acceleration, which has no direction; name the column of the "
-            "axis, `axes: {ay: NAME}`"
-        )
+        problem = "ay is never below 0, as the size of the acceleration, which has no direction"
+        sentence = f"{problem}; name the column of the axis, `axes: {{ay: NAME}}`"
     elif explains(shifted, exchanged, filtered):
         shifts = (shape[:, 0] - forms[0][:, 0]).real
-        zeros = [
-            f"{axis}: {zero + shift / of_unit:.5g}"
-            for (_, axis), shift, (zero, of_unit) in zip(own, shifts, scales, strict=True)
-            if abs(shift) > LEAST_G
-        ]
-        sentence = (
-            f"gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: the value of the "
-            f"file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
-        )
+        axes = zip(own, shifts, scales, strict=True)
+        zeros = [f"{axis}: {zero + g / unit:.5g}" for (_, axis), g, (zero, unit) in axes if abs(g) > LEAST_G]
+        problem = f"gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off"
+        sentence = f"{problem}: the value of the file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
     elif without_gravity := explains(filtered, exchanged, ay=record.ay):
-        sentence = (
-            f"gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an AC-coupled (IEPE) "
-            "sensor, or one whose gravity was filtered out; only high_frequency_g compares"
-        )
+        problem = f"gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz"
+        sensor = "an AC-coupled (IEPE) sensor, or one whose gravity was filtered out"
+        sentence = f"{problem}: {sensor}; only high_frequency_g compares"
     elif explains(fitted, exchanged, shifted, ay=factor * back):
         causes, remedies = [], []
         if abs(angle) >= LEAST_DEG:
@@ -162,17 +154,14 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     elif explains(exchanged):
         changed = [(axis, chosen) for (_, axis), chosen in zip(own, best, strict=True) if chosen != (1, axis)]
         names = ", ".join(f"{axis}: {_column(record, *chosen)}" for axis, chosen in changed)
-        sentence = (
-            "its axes do not turn through gravity as the simulated ones do, but with "
-            f"`axes: {{{names}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
-        )
+        would = f"with `axes: {{{names}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
+        sentence = f"its axes do not turn through gravity as the simulated ones do, but {would}"
     elif CLEARLY * (misfit := _misfit(shape[:1], forms)) > (size := float(np.linalg.norm(forms[0][0]))):
-        filter_too = "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
-        sentence = (
-            f"ay does not turn through gravity as the simulated y acceleration does (misfit {misfit:.2g} of {size:.2g} "
-            "g); check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`), and its unit"
-            f"{filter_too * explains(filtered, exchanged)}"
-        )
+        problem = "ay does not turn through gravity as the simulated y acceleration does"
+        remedy = "check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`), and its unit"
+        sentence = f"{problem} (misfit {misfit:.2g} of {size:.2g} g); {remedy}"
+        if explains(filtered, exchanged):
+            sentence += "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
     else:
         return None
     return Doubt(f"{record.path}: {sentence}", without_gravity)

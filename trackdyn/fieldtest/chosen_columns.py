@@ -62,10 +62,8 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
     columns = _by_key(source, mapping, questions)
     _require_a_sample_a_row(source, columns)
     if "ay" not in columns:
-        questions.append(
-            f"no column for ay among {joined(source.names)}; name it, `axes: {{ay: NAME}}`, or give its number, "
-            "`axes: {ay: 2}`, with a minus to flip its sign, `axes: {ay: -NAME}`"
-        )
+        remedy = "name it, `axes: {ay: NAME}`, or give its number, `axes: {ay: 2}`, with a minus to flip its sign, "
+        questions.append(f"no column for ay among {joined(source.names)}; {remedy}`axes: {{ay: -NAME}}`")
     counts = mapping.counts_per_g
     axes: dict[str, Axis] = {}
     unit_stated = "counts" if counts else mapping.unit
@@ -140,10 +138,9 @@ def _require_a_sample_a_row(source: Source, columns: dict[str, Column]) -> None:
             row = [head.stamps(k) for k in positions]
             if len({values.size for values in row}) == 1 and row[0].size >= _FEWEST and _are_one_signal(row):
                 first, last = (source.columns[k].described for k in (positions[0], positions[-1]))
-                raise InputError(
-                    f"{first} to {last} continue one another and the next row: each row has {len(row)} samples, "
-                    "written row by row; write one per row, as docs/your-loggers-file.md shows."
-                )
+                rows = f"each row has {len(row)} samples, written row by row"
+                remedy = "write one per row, as docs/your-loggers-file.md shows"
+                raise InputError(f"{first} to {last} continue one another and the next row: {rows}; {remedy}.")
 
 
 def _are_one_signal(row: list[np.ndarray]) -> bool:
@@ -214,16 +211,12 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
         if counts and not (rated and _is_index(source, column)):
             rising.append(column)
     if rising:
-        questions.append(
-            f"the time may be in {' or '.join(column.described for column in rising[:4])}; choose it, "
-            f"`time: '#{rising[0].position + 1}'`, or read no stamps, {NO_STAMPS}"
-        )
+        remedy = f"choose it, `time: '#{rising[0].position + 1}'`, or read no stamps, {NO_STAMPS}"
+        questions.append(f"the time may be in {' or '.join(column.described for column in rising[:4])}; {remedy}")
     elif not rated:
         among = "" if questions else f" among {joined(source.names)}"
-        questions.append(
-            f"no column of time{among}; name it, `time: NAME`, or give the rate of the samples, "
-            f"{RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, {NO_STAMPS}"
-        )
+        rate = f"the rate of the samples, {RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, {NO_STAMPS}"
+        questions.append(f"no column of time{among}; name it, `time: NAME`, or give {rate}")
 
 
 def rows_of_group(source: Source, mapping: SensorMapping) -> Source:
@@ -280,11 +273,9 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
     """Refuse (`InputError`) rows of several sensors, which would be read as those of one."""
     for column, codes in _sensor_columns(source, used, values):
         group = _quoted(_group(source, column, next(filter(None, codes))))
-        raise InputError(
-            f"column {column.position + 1} ({shown(column.name)}) names the sensor of each row "
-            f"({', '.join(map(shown, codes))}); choose the rows of one, `group: {group}`, or, if all are of one "
-            "sensor, `group: none`."
-        )
+        remedy = f"choose the rows of one, `group: {group}`, or, if all are of one sensor, `group: none`"
+        sensors = f"the sensor of each row ({', '.join(map(shown, codes))})"
+        raise InputError(f"column {_numbered([column])} names {sensors}; {remedy}.")
 
 
 def _sensor_columns(
@@ -323,9 +314,9 @@ def _interleaved(codes: np.ndarray, ay: np.ndarray, stamps: list[np.ndarray], wo
         falls, repeats = np.count_nonzero(step < 0), np.count_nonzero(step <= 0)
         # numbers may count rows or follow a temperature: a defect of the stamps is no sensor, nor are coarse ones
         as_often = words or (step.any() and np.median(own) < (1 + _NEAR) * np.median(np.abs(step[step != 0])))
-        if (falls >= (1 if words else change.size / 4) and not (own < 0).any()) or (
-            repeats >= (1 if words else change.size / 4) and as_often and not (own <= 0).any()
-        ):
+        fewest = 1 if words else change.size / 4
+        apart = falls >= fewest and not (own < 0).any()
+        if apart or (repeats >= fewest and as_often and not (own <= 0).any()):
             return True
     own = pd.Series(ay).groupby(codes)
     across, within = np.nanstd(np.diff(ay)[change]), np.nanstd(own.diff())

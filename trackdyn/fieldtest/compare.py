@@ -41,6 +41,8 @@ def compare(
 ) -> pd.DataFrame:
     """Compare a recording with a sensor's record; warn of anything that seems wrong with the record.
 
+    The faster one is averaged over samples of the slower.
+
     Parameters
     ----------
     recording : Recording
@@ -53,7 +55,11 @@ def compare(
     Returns
     -------
     DataFrame
-        Table of `compare_with_sensor`.
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
+        values and standard errors over whole revolutions of the loop, those of the simulation with its step error;
+        simulation minus sensor, in percent of the sensor's value and in standard errors of the difference; and the
+        number of these above which it is more than scatter, Student's factor of 95 % for the turns of both (Welch).
+        Rows of the line are left out below two turns of the loop; those of gravity, where the sensor's record lacks it.
 
     Raises
     ------
@@ -78,29 +84,7 @@ def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -
 
 @typed
 def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
-    """Return measures of both records and their difference; the faster one is averaged over samples of the slower.
-
-    Parameters
-    ----------
-    recording, record
-        Simulation and sensor.
-    name : str
-        Name of the recording in a message.
-
-    Returns
-    -------
-    DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors, clear_from``:
-        values and standard errors over whole revolutions of the loop, those of the simulation with its step error;
-        simulation minus sensor, in percent of the sensor's value and in standard errors of the difference; and the
-        number of these above which it is more than scatter, Student's factor of 95 % for the turns of both (Welch).
-        Rows of the line are left out below two turns of the loop; those of gravity, where the sensor's record lacks it.
-
-    Raises
-    ------
-    InputError
-        A record is shorter than one turn of the loop.
-    """
+    """Return the table of `compare`, or `InputError` for less than a turn; ``name`` is that of the recording."""
     loop_hz = recording.periods.loop_hz
     slow, own_hz = record.averaged(recording.rate), 0.0
     if loop_hz:
@@ -172,7 +156,5 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     if "taken for" in (source := record.done.get("rate", "")):
         turns += f" at {source}"
         remedy += ", or give the rate if it is another, `time: none, rate: HZ`"
-    return (
-        f"{record.path}: its loop turns {turns}, the simulated one {hz:.4g} times at {rpm:g} rpm, "
-        f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; {remedy}"
-    )
+    other = f"{hz:.4g} times at {rpm:g} rpm, {abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}"
+    return f"{record.path}: its loop turns {turns}, the simulated one {other}; {remedy}"

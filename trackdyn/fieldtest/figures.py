@@ -88,19 +88,15 @@ def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
     high = max(drawn[0].max(), np.quantile(drawn[-1], 1 - tail))
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-    if len(curves) > 1:
-        _mark_cut(axes[1], np.arange(len(drawn[1])) / curves[1].rate, drawn[1])
     axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
-
-
-def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
-    """Mark with triangles where a curve leaves the view, and write its extremes."""
-    low, high = ax.get_ylim()
+    if len(curves) == 1:
+        return
+    ax, ay, (low, high) = axes[1], drawn[1], axes[1].get_ylim()
     look = {"linestyle": "none", "color": BLACK, "markersize": 3.5, "clip_on": False, "zorder": 4}
     for beyond, edge, marker in ((ay > high, high, "^"), (ay < low, low, "v")):
-        ax.plot(time[beyond], np.full(beyond.sum(), edge), **look, marker=marker)
+        ax.plot(np.flatnonzero(beyond) / curves[1].rate, np.full(beyond.sum(), edge), **look, marker=marker)
     if ay.max() > high or ay.min() < low:
-        text = f"{ax.get_title('right')}; cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
+        text = f"{curves[1].label}; cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
 
 

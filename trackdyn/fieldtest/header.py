@@ -15,6 +15,7 @@ from trackdyn.fieldtest.logger_text import (
     split_fields,
 )
 from trackdyn.fieldtest.sensor_mapping import SensorMapping, is_header, is_unit, stated_columns, stated_positions
+from trackdyn.fieldtest.stamps import NO_STAMPS
 from trackdyn.inputs.errors import InputError, shown
 
 _HEAD = 200  # lines in which the header is searched
@@ -50,10 +51,8 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
     head = text.split("\n", _HEAD)[:_HEAD]
     for number, line in enumerate(head, 1):
         if len(line) > _LONGEST:
-            raise InputError(
-                f"line {number} has {len(line)} characters, at most {_LONGEST} are read; export only the columns of "
-                "the sensor, a sample a line."
-            )
+            remedy = "export only the columns of the sensor, a sample a line"
+            raise InputError(f"line {number} has {len(line)} characters, at most {_LONGEST} are read; {remedy}.")
     bare = map(str.strip, head)
     rows = [i for i, line in enumerate(bare) if line and not line.startswith("#") and not _SECTION.fullmatch(line)]
     if not rows:
@@ -82,10 +81,8 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
             for j in [row for row in rows if row < i]:
                 fields = split_fields(head[j], separator, len(names))
                 if len(fields) == len(names) and all(map(is_value, fields)):
-                    raise InputError(
-                        f"line {j + 1} has numbers ({shown(head[j])}) above the names in line {i + 1}; remove it, or "
-                        "write the names above it."
-                    )
+                    place = f"above the names in line {i + 1}; remove it, or write the names above it"
+                    raise InputError(f"line {j + 1} has numbers ({shown(head[j])}) {place}.")
             return rows_of(text, names, units, first, separator)
     if unequal:
         refuse_fields(*unequal)
@@ -135,10 +132,9 @@ def _likely_layout(head: Sequence[str], rows: list[int]) -> _Layout:
     if first is None:
         first = next((k for k in range(len(rows)) if _begins(head, rows[k : k + 3])), 1)
     if first == 0:
-        raise InputError(
-            f"line {rows[0] + 1} has numbers ({shown(head[rows[0]])}) where the names of the columns must be; write "
-            "them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
-        )
+        line = f"line {rows[0] + 1} has numbers ({shown(head[rows[0]])}) where the names of the columns must be"
+        remedy = "write them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`"
+        raise InputError(f"{line}; {remedy}.")
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
     widths = [len(split_fields(head[j], separator)) for j in rows[:first]]
     at = first - sum(1 for _ in takewhile(lambda width: width == widths[-1], widths[::-1]))  # of several rows of names
@@ -170,10 +166,9 @@ def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[
     fields = split_fields(head[rows[-1]], _separators(head[rows[-1]])[0])
     cells = [shown(fields[k]) for k in sorted(numbers) if k < len(fields) and not is_value(fields[k])]
     example = f" (line {rows[-1] + 1} has {' and '.join(cells)})" * bool(cells)
-    raise InputError(
-        f"no rows with numbers in column {wanted} within {len(head)} lines{example}; give another column, or, if only "
-        "the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
-    )
+    stamps = f"the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, {NO_STAMPS}"
+    problem = f"no rows with numbers in column {wanted} within {len(head)} lines{example}"
+    raise InputError(f"{problem}; give another column, or, if only {stamps}.")
 
 
 def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, numbers: Sequence[int]) -> _Layout | None:
@@ -211,26 +206,22 @@ def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, nu
         if i in header or len(texts) != count or lacks_values(texts) or not (values or chosen(texts)):
             continue
         if not values and text_above_values(texts):
-            raise InputError(
-                f"line {i + 1} ({shown(head[i])}) has text where line {first + 1} has numbers; correct it if it is a "
-                "row, else remove it."
-            )
+            remedy = "correct it if it is a row, else remove it"
+            raise InputError(f"line {i + 1} ({shown(head[i])}) has text where line {first + 1} has numbers; {remedy}.")
         first, header = i, []
         break
     else:
         if not header and _are_indices(fields(first), below[:1]):
-            raise InputError(
-                f"line {first + 1} ({shown(head[first])}) may be the numbers of the columns or values; remove it."
-            )
+            line = f"line {first + 1} ({shown(head[first])})"
+            raise InputError(f"{line} may be the numbers of the columns or values; remove it.")
     pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
     names = split_fields(head[above[0]], separator) if above else []
     fewer = 1 < len(names) < count and not any(map(is_value, names))
     whole = fewer and all(re.fullmatch(r"-?\d+", field) for field in fields(first))
     if separator == "," and not header and (whole or any(map(are_split, pairs))):
-        raise InputError(
-            f"line {first + 1} ({shown(head[first])}) seems to have decimal commas among commas; save it with decimal "
-            "points, or with semicolons or tabs between the columns."
-        )
+        remedy = "save it with decimal points, or with semicolons or tabs between the columns"
+        line = f"line {first + 1} ({shown(head[first])})"
+        raise InputError(f"{line} seems to have decimal commas among commas; {remedy}.")
     names = fields(header[-1]) if header else [str(k + 1) for k in range(count)]
     return (names, fields(header[0]) if len(header) > 1 else [""] * count, first, separator)
 
@@ -244,7 +235,6 @@ def _names(fields: Sequence[str], numbers: Sequence[int]) -> bool:
 def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> bool:
     """Return whether the values among fields count the columns, from 0 or 1, and not also the rows ``below``."""
     values = [field for field in fields if is_value(field)]
-    counted = len(values) > 1 - bool(set(fields) - set(values)) and any(
-        values == [str(k + start) for k in range(len(values))] for start in (0, 1)
-    )
+    counts = [[str(k + start) for k in range(len(values))] for start in (0, 1)]
+    counted = len(values) > 1 - bool(set(fields) - set(values)) and values in counts
     return counted and not (below and fields[0] and below[0][0] == str(int(values[0]) + 1))

@@ -149,10 +149,8 @@ class Source:
         wanted = f"a finite number with a decimal {sign}{f' in {unit}' * bool(unit)}"
         wanted += " or a date and time as 2024-05-01T12:00:00.001" * time
         remedy = f"read no stamps, {NO_STAMPS}" if time else "give `gaps: bridge` or `gaps: longest`"
-        raise InputError(
-            f"field {self.columns[column].name} in {self.where(row)} is {shown(texts[row])}, not {wanted}; correct it, "
-            f"remove the row, or {remedy}."
-        )
+        field = f"field {self.columns[column].name} in {self.where(row)} is {shown(texts[row])}"
+        raise InputError(f"{field}, not {wanted}; correct it, remove the row, or {remedy}.")
 
     def where(self, row: int) -> str:
         """Return the line of a text, or the row of a table, for a message."""
@@ -187,8 +185,7 @@ def _typed(frame: pd.DataFrame, columns: Sequence[int]) -> dict[int, np.ndarray]
 
 def table_of(frame: pd.DataFrame) -> Source:
     """Return the columns of a DataFrame, and its index if that has a name or times; level names are joined by ``/``."""
-    index = frame.index
-    kind = index.dtype.kind
+    index, kind = frame.index, frame.index.dtype.kind
     # row numbers, perhaps sorted
     numbered = index.name is None and (kind not in "mMf" or (kind == "f" and is_index(index.to_numpy())))
     again = index.name in frame and np.array_equal(frame[index.name].to_numpy().ravel(), index.to_numpy())
@@ -280,10 +277,9 @@ def rows_of(text: str, names: list[str], units: list[str], first: int, separator
 
 
 def _refuse_thousands(cell: str) -> NoReturn:
-    raise InputError(
-        f"the {'comma' if ',' in cell else 'point'} in {shown(cell)} may mark decimals or thousands; save the file "
-        "with decimal points and without signs between thousands."
-    )
+    sign = "comma" if "," in cell else "point"
+    remedy = "save the file with decimal points and without signs between thousands"
+    raise InputError(f"the {sign} in {shown(cell)} may mark decimals or thousands; {remedy}.")
 
 
 def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, header: str) -> NoReturn:
@@ -294,15 +290,12 @@ def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, 
     fields = split_fields(line, separator, len(names))
     between = f"{where} has {len(fields)} fields between {SEPARATORS[separator]} and {header} has {len(names)} names"
     whole = len(fields) > len(names) and all(re.fullmatch(r"-?\d+", field) for field in fields)
+    remedy = "; complete or remove it, use one separator everywhere, give all columns by number, such as "
+    remedy += "`time: 1, axes: {ay: 3}`, or, if some rows are no samples, `gaps: longest`"
     if separator == "," and (are_split(fields) or whole):
-        raise InputError(
-            f"{between} ({joined(names)}): decimal commas among commas{', or names are missing' * whole}; save it with "
-            f"decimal points, or with semicolons or tabs between the columns{', or complete the names' * whole}."
-        )
-    raise InputError(
-        f"{between} ({joined(names)}); complete or remove it, use one separator everywhere, give all columns by "
-        "number, such as `time: 1, axes: {ay: 3}`, or, if some rows are no samples, `gaps: longest`."
-    )
+        remedy = f": decimal commas among commas{', or names are missing' * whole}; save it with decimal points, or "
+        remedy += f"with semicolons or tabs between the columns{', or complete the names' * whole}"
+    raise InputError(f"{between} ({joined(names)}){remedy}.")
 
 
 def are_split(fields: Sequence[str]) -> bool:

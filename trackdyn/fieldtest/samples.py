@@ -47,11 +47,8 @@ def window_of(t: np.ndarray, start: float, to: float) -> slice:
     first = int(np.argmax(np.append(since >= start, True)))
     last = first + int(np.argmax(np.append(since[first:] > to, True)))
     if last - first < 2:
-        end = "the end" if to == np.inf else f"`to: {to:g}`"
-        raise InputError(
-            f"{last - first} rows are between `from: {start:g}` and {end}, in s since the first row; the file has "
-            f"{since[-1]:.6g} s."
-        )
+        ends = f"`from: {start:g}` and {'the end' if to == np.inf else f'`to: {to:g}`'}, in s since the first row"
+        raise InputError(f"{last - first} rows are between {ends}; the file has {since[-1]:.6g} s.")
     return slice(first, last)
 
 
@@ -74,20 +71,17 @@ def without_gaps(
         done = f"rows {window.start + 1} to {window.stop} of {count} kept, the longest part without a gap"
         return stamps and stamps.within(window), axes[window], window.start, done
     if np.isinf(lost).any():
-        raise InputError(
-            "without stamps it is not known how many samples a message among the rows replaces; keep the longest part, "
-            "`gaps: longest`."
-        )
+        unknown = "without stamps it is not known how many samples a message among the rows replaces"
+        raise InputError(f"{unknown}; keep the longest part, `gaps: longest`.")
     index = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
     table = axes.assign(t=np.arange(count) if stamps is None else stamps.t).set_index(index)[~missing]
     between = np.diff(table.index) - 1
     most, bridged = int(between.max(initial=0)), int(between.sum())
     if most > BRIDGED or bridged > BRIDGED_SHARE * count or len(table) < 2:
-        raise InputError(
-            f"{index[-1] + 1 - len(table)} samples are missing, up to {most} in a row; at most {BRIDGED} in a row "
-            f"and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, "
-            "`from: S` and `to: S`."
-        )
+        lacking = f"{index[-1] + 1 - len(table)} samples are missing, up to {most} in a row"
+        limits = f"at most {BRIDGED} in a row and {BRIDGED_SHARE:.0%} are bridged"
+        remedy = "keep the longest part, `gaps: longest`, or cut the record, `from: S` and `to: S`"
+        raise InputError(f"{lacking}; {limits}; {remedy}.")
     done = f"{bridged} samples in {np.count_nonzero(between)} gaps interpolated, at most {most} in a row"
     table = table.reindex(range(table.index[0], table.index[-1] + 1)).interpolate("pchip")
     t = table.pop("t").to_numpy()
@@ -115,16 +109,13 @@ def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, st
         at_end = at_end | standing
         extreme = f"{' and '.join(f'{level:.6g}' for level in extremes)} g, the extreme of {axis}"
         ends += f" or at {extreme}"
-        saturated.append(
-            f"{np.count_nonzero(standing)} of {samples.size} rows are at {extreme}: the sensor is saturated "
-            "there, RMS and peaks are too small; record with a wider range, or state this one, "
-            f"`range: {abs(extremes[-1]):.6g}`"
-        )
+        share = f"{np.count_nonzero(standing)} of {samples.size} rows are at {extreme}"
+        remedy = f"record with a wider range, or state this one, `range: {abs(extremes[-1]):.6g}`"
+        saturated.append(f"{share}: the sensor is saturated there, RMS and peaks are too small; {remedy}")
     count, rows = int(np.count_nonzero(at_end)), at_end.size
     if count > _CLIPPED * rows:
-        raise InputError(
-            f"{count} of {rows} rows are {ends}; record with a wider range, or give the sensor's, `range: G`."
-        )
+        remedy = "record with a wider range, or give the sensor's, `range: G`"
+        raise InputError(f"{count} of {rows} rows are {ends}; {remedy}.")
     return count, f"{count} of {rows} rows {ends}", saturated
 
 
@@ -167,10 +158,8 @@ def wrapped(ay: np.ndarray) -> list[str]:
     jumps, halves = (np.count_nonzero(step > share * extent) for share in (_WHOLE, 0.5))
     if abs(ay.max() + ay.min()) >= _SYMMETRIC * extent or jumps < _JUMPS or jumps < halves - jumps:
         return []
-    return [
-        f"ay jumps {jumps} times from row to row by nearly its extent of {extent:.4g} g: it {WRAPS}, RMS and peaks are "
-        "wrong; record with a wider range"
-    ]
+    jumping = f"ay jumps {jumps} times from row to row by nearly its extent of {extent:.4g} g"
+    return [f"{jumping}: it {WRAPS}, RMS and peaks are wrong; record with a wider range"]
 
 
 def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
@@ -200,10 +189,8 @@ def stuck(ay: np.ndarray, since: np.ndarray, largest: float, where: Callable[[in
         return []
     cuts = [f"`from: {since[last + 1]:.6g}`" for _ in since[last + 2 :][:1]]
     cuts += [f"`to: {since[first - 1]:.6g}`"] * (first > 1)
-    return [
-        f"the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g: the logger had not "
-        f"begun, or the sensor hung; cut them off, {' or '.join(cuts)}"
-    ]
+    rows = f"the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g"
+    return [f"{rows}: the logger had not begun, or the sensor hung; cut them off, {' or '.join(cuts)}"]
 
 
 def at_rest(ay: np.ndarray, rate: float, since: np.ndarray) -> list[str]:
@@ -223,15 +210,15 @@ def at_rest(ay: np.ndarray, rate: float, since: np.ndarray) -> list[str]:
         return []
     usual = np.median(content[begin:end])
     moving = begin + np.flatnonzero(content[begin:end] >= usual / 2)  # a start takes a while
-    return [
-        f"the record {side} at rest: for {level.size * _WINDOW_S:g} s its content from 2 Hz on is "
-        f"{np.median(level):.2g} g, otherwise {usual:.2g} g; leave that out, {cut}"
-        for side, level, cut in (
-            ("begins", content[:begin], f"`from: {since[moving[0] * count]:.6g}`"),
-            ("ends", content[end:], f"`to: {since[(moving[-1] + 1) * count - 1]:.6g}`"),
-        )
-        if level.size
-    ]
+    warnings = []
+    for side, level, cut in (
+        ("begins", content[:begin], f"`from: {since[moving[0] * count]:.6g}`"),
+        ("ends", content[end:], f"`to: {since[(moving[-1] + 1) * count - 1]:.6g}`"),
+    ):
+        words = f"the record {side} at rest: for {level.size * _WINDOW_S:g} s its content from 2 Hz on is"
+        if level.size:
+            warnings.append(f"{words} {np.median(level):.2g} g, otherwise {usual:.2g} g; leave that out, {cut}")
+    return warnings
 
 
 def _rest(content: np.ndarray, mean: np.ndarray) -> int:

@@ -75,11 +75,10 @@ class SensorRecord:
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
         """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
         if self.seconds < turns * turn_s:
-            raise InputError(
-                f"{self.path}: the record of {self.seconds:.4g} s ({self.done.get('time', 'no stamps')}; "
-                f"{self.rate:.7g} Hz) is shorter than {turns:g} turn{'s' * (turns != 1)} of the loop; record at "
-                f"least {turns * turn_s:.4g} s, or, if that is not its rate, read no stamps, {stamps.NO_STAMPS}."
-            )
+            timing = f"{self.done.get('time', 'no stamps')}; {self.rate:.7g} Hz"
+            short = f"the record of {self.seconds:.4g} s ({timing}) is shorter than {turns:g} turn{'s' * (turns != 1)}"
+            remedy = f"at least {turns * turn_s:.4g} s, or, if that is not its rate, read no stamps, {stamps.NO_STAMPS}"
+            raise InputError(f"{self.path}: {short} of the loop; record {remedy}.")
 
 
 @typed
@@ -198,22 +197,19 @@ def _record(
             values[key][window] = np.where(marks | stray, np.nan, inside)
         elif marks.any():
             row, others = int(np.argmax(marks)), np.count_nonzero(marks) - 1
-            raise InputError(
-                f"field {axis.column.name} in {source.where(first + row)}{f' and {others} more' * bool(others)} is "
-                f"{inside[row]:g}, far from all other values, like a logger's mark of no sample, or a blow beyond the "
-                "range; leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range."
-            )
+            field = f"field {axis.column.name} in {source.where(first + row)}{f' and {others} more' * bool(others)}"
+            like = "like a logger's mark of no sample, or a blow beyond the range"
+            remedy = "leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range"
+            raise InputError(f"{field} is {inside[row]:g}, far from all other values, {like}; {remedy}.")
         elif stray.any():
             row = int(np.argmax(stray))
-            doubts.append(
-                f"{np.count_nonzero(stray)} of {stray.size} rows of {axis.column.described}, the first in "
-                f"{source.where(first + row)}, are {inside[row]:g} and off their neighbours, like errors of a bus: RMS "
-                "is not that of the motion; `gaps: longest` leaves them out"
-            )
+            share = f"{np.count_nonzero(stray)} of {stray.size} rows of {axis.column.described}"
+            odd = f"the first in {source.where(first + row)}, are {inside[row]:g} and off their neighbours"
+            remedy = "RMS is not that of the motion; `gaps: longest` leaves them out"
+            doubts.append(f"{share}, {odd}, like errors of a bus: {remedy}")
     counts = {key: samples.signed(values[key], mapping.bits) for key in axes}
-    signals = pd.DataFrame(
-        {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}, copy=False
-    )
+    in_g = {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}
+    signals = pd.DataFrame(in_g, copy=False)
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
     done = _described(source, columns, axes, counts)
     left_out = {"outside of from and to": count - len(signals), "that repeat the row above": np.sum(repeated)}
@@ -243,10 +239,9 @@ def _record(
     largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
     clipped, done["clipped"], saturated = samples.clipped(signals, largest, range_g)
     if np.ptp(ay := signals["ay"].to_numpy()) <= 1e-9 * max(1.0, np.abs(ay).max()):
-        raise InputError(
-            f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row; choose another one "
-            "for ay, `axes: {ay: NAME}`, or record the moving track."
-        )
+        column = f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row"
+        remedy = "choose another one for ay, `axes: {ay: NAME}`, or record the moving track"
+        raise InputError(f"{column}; {remedy}.")
     hz = rate.hz
     since = instants[first] + np.arange(ay.size) / hz
     doubts = doubts or saturated or samples.wrapped(ay) or samples.stuck(ay, since, largest, where)
@@ -298,11 +293,9 @@ def _require_range(signals: pd.DataFrame, axes: dict[str, Axis], where, range_g:
         shifted = (signal - mean).abs().max() <= range_g
         remedy = f"where 0 g is not 0, perhaps `zero: {zero:.6g}`, or " * bool(shifted)
         remedy += "if few rows are no samples, `gaps: bridge`, or " * bool(beyond.mean() <= samples.BRIDGED_SHARE)
-        raise InputError(
-            f"field {axis.column.name} in {where(k)} is {signal.iloc[k]:.6g} g if it is in {axis.unit}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit, `unit: {unit}`, for raw counts `scale: N`, {remedy}"
-            "give the range of the sensor, `range: G`."
-        )
+        field = f"field {axis.column.name} in {where(k)} is {signal.iloc[k]:.6g} g if it is in {axis.unit}"
+        remedy = f"check the unit, `unit: {unit}`, for raw counts `scale: N`, {remedy}give the range of the sensor"
+        raise InputError(f"{field}, beyond the sensor's range of +-{range_g:g} g; {remedy}, `range: G`.")
 
 
 def turned(ax: Any, ay: Any, angle: float) -> tuple[Any, Any]:

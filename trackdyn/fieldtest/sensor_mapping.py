@@ -140,11 +140,9 @@ class SensorMapping(Section):
             return {compared[0]: self}
         if only not in self.sensors if only else self.sensors.keys() != set(names):
             mapped = f"those of {', '.join(self.sensors)}" if self.sensors else "the columns of one"
-            raise InputError(
-                f"{path}: the rig has {len(names)} sensor{'s' * (len(names) > 1)}, {', '.join(names)}, and the mapping "
-                f"names {mapped}; write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group per "
-                "sensor, or name the sensor to compare"
-            )
+            of_rig = f"the rig has {len(names)} sensor{'s' * (len(names) > 1)}, {', '.join(names)}"
+            remedy = f"write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group per sensor, or"
+            raise InputError(f"{path}: {of_rig}, and the mapping names {mapped}; {remedy} name the sensor to compare")
         return {name: self.sensors[name] for name in compared}
 
     @property
@@ -246,16 +244,14 @@ def stated_positions(mapping: SensorMapping) -> dict[str, int]:
 def candidates(columns: Sequence[Column], mapping: SensorMapping) -> dict[str, list[Column]]:
     """Return the columns that may be ``time``, ``ax``, ``ay`` and ``az``, by the mapping or their names."""
     if mapping.group and (of_group := of_group_in(columns, mapping.group)):
-        columns = [
-            of_group.get(column.position, column)
-            for column in columns
-            if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
-        ]
+        others = {c.position: c for c in columns if not _AXIS_NAME.fullmatch(c.base)}
+        columns = [(others | of_group)[k] for k in sorted(others | of_group)]
     chosen, stated = {}, stated_columns(mapping)
     for key, name in stated.items():
-        negated = name.startswith("-") and not named(columns, name)
-        columns_named = named(columns, name[1:] if negated else name)
-        chosen[key] = [column._replace(sign=-1 if negated else 1) for column in columns_named]
+        if name.startswith("-") and not named(columns, name):
+            chosen[key] = [column._replace(sign=-1) for column in named(columns, name[1:])]
+        else:
+            chosen[key] = named(columns, name)
     used = {column.position for of_key in chosen.values() for column in of_key}
     for column in columns:
         letter, timed = _AXIS_NAME.fullmatch(column.base), mapping.time != "none"
@@ -267,19 +263,15 @@ def candidates(columns: Sequence[Column], mapping: SensorMapping) -> dict[str, l
 
 def is_header(names: Sequence[str], mapping: SensorMapping) -> bool:
     """Return whether names are a header; a line of a preamble may have enough fields for columns by number."""
-    chosen = candidates(columns_of(names), mapping)
-    by_number = "ay" in stated_positions(mapping)
+    chosen, by_number = candidates(columns_of(names), mapping), "ay" in stated_positions(mapping)
     return bool(chosen.get("ay")) and (not by_number or all(map(chosen.get, stated_columns(mapping))))
 
 
 def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
     """Return the columns whose names begin with a group, by position and without this prefix."""
     prefix = re.compile(rf"{re.escape(_plain(group))}[\s/_.:-]+")
-    return {
-        column.position: column._replace(base=prefix.sub("", column.base, count=1))
-        for column in columns
-        if prefix.match(column.base)
-    }
+    matches = [(column, match) for column in columns if (match := prefix.match(column.base))]
+    return {column.position: column._replace(base=column.base[match.end() :]) for column, match in matches}
 
 
 UNIT_ASKED = (
@@ -302,8 +294,7 @@ def in_cell(cell: str) -> tuple[str, str]:
 def time_like(columns: Sequence[Column]) -> list[Column]:
     """List the columns that may be the time by their names or units."""
     # words are apart: TempSensor has temp and sensor, no temps
-    apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
-    likely = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
+    likely = [c for c in columns if _TIME_WORDS.search(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", c.name).casefold())]
     likely += [column for column in columns if column.base in TIMES and column not in likely]
     return likely + [column for column in columns if column.unit in TIMES and column not in likely]
 
@@ -312,8 +303,7 @@ def parts_of_time(columns: Sequence[Column]) -> list[tuple[Column, str, str]]:
     """List the columns of a unit of time, such as ``secs`` and ``nsecs``: column, name before the unit, and unit."""
     parts = []
     for column in columns:
-        match = _TIME_PART.fullmatch(column.base)
-        if match and not match[1][-1:].isalnum():
+        if (match := _TIME_PART.fullmatch(column.base)) and not match[1][-1:].isalnum():
             parts.append((column, match[1], TIMES[match[2]]))
         elif column.unit in TIMES:
             parts.append((column, column.base, TIMES[column.unit]))

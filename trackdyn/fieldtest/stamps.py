@@ -136,26 +136,22 @@ def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
     """
     unit = TIMES.get(time.unit, TIMES.get(time.base))
     if time.unit and not unit:
-        raise InputError(
-            f"column {shown(time.name)} has the unit {shown(time.unit)}; {', '.join(TIME_UNITS)} are read, choose "
-            f"another column, `time: NAME`, or give {NO_STAMPS}."
-        )
+        remedy = f"{', '.join(TIME_UNITS)} are read, choose another column, `time: NAME`, or give {NO_STAMPS}"
+        raise InputError(f"column {shown(time.name)} has the unit {shown(time.unit)}; {remedy}.")
     values, words = _unwrapped(values)
     if not (unit or stated) and values[0] < _SINCE_1970_MS and _may_count(values):
-        raise InputError(
-            f"column {shown(time.name)} rises by 1 from row to row and states no unit, so it may be the row number; "
-            f"give the rate, {NO_STAMPS}, or, if these are ms, `rate: 1000`."
-        )
+        counts = "rises by 1 from row to row and states no unit, so it may be the row number"
+        remedy = f"give the rate, {NO_STAMPS}, or, if these are ms, `rate: 1000`"
+        raise InputError(f"column {shown(time.name)} {counts}; {remedy}.")
     step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
     # a rate at the end of the range may come out a little beyond it
     fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
     if not fits:
-        raise InputError(
-            f"field {time.name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f} "
-            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give {NO_STAMPS}."
-        )
+        wrong = f"{rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f} to {high:,.0f}"
+        remedy = f"name another column with `time: NAME`, or give {NO_STAMPS}"
+        raise InputError(f"field {time.name} gives {wrong} are accepted; {remedy}.")
     size = TIME_UNITS[fits[0]]
     return Stamps((values - values[0]) * size, fits[0] + words, rounding(values) * size, "" if unit else fits[0])
 
@@ -227,35 +223,28 @@ def judge_stamps(
         back = f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above"
         if step.max() <= 0.0:
             raise InputError(f"{back}, as in every row: the newest row is first; sort the rows by time.")
-        raise InputError(
-            f"{back}; if the rows are in order and only stamps are wrong, such as 0.8 for 0.008, read them without, "
-            f"{NO_STAMPS}; else sort the rows, or cut the record with `from: S` and `to: S`."
-        )
+        wrong = f"only stamps are wrong, such as 0.8 for 0.008, read them without, {NO_STAMPS}"
+        remedy = "else sort the rows, or cut the record with `from: S` and `to: S`"
+        raise InputError(f"{back}; if the rows are in order and {wrong}; {remedy}.")
     if t[-1] == 0.0:
         raise InputError(f"the stamps of all {n} rows are equal; read them without, {NO_STAMPS}.")
     if (gaps := step > _GAP * max(np.median(step), np.mean(step)) + q).any():
         k = int(np.argmax(gaps))
-        raise InputError(
-            f"a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before {where(k + 1)}, "
-            f"{np.median(step):.6g} s is usual; {_REMEDY}."
-        )
+        gap = f"a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before {where(k + 1)}"
+        raise InputError(f"{gap}, {np.median(step):.6g} s is usual; {_REMEDY}.")
     row = np.arange(n)
     fitted = float(1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1])
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else fitted
     if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
-        raise InputError(
-            f"the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give "
-            f"`rate: {fitted:.6g}` if the stamps are right, else {NO_STAMPS}."
-        )
+        remedy = f"give `rate: {fitted:.6g}` if the stamps are right, else {NO_STAMPS}"
+        raise InputError(f"the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; {remedy}.")
     hz = rate.hz if rate else fitted
     odd, equal = np.abs(step * hz - 1.0), np.ptp(step) * hz < 1e-6
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
     line = "equal steps" if equal else f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
     if q * hz > 1.5:
-        raise InputError(
-            f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without them, {NO_STAMPS}, if "
-            "all rows are of one sensor."
-        )
+        remedy = f"read it without them, {NO_STAMPS}, if all rows are of one sensor"
+        raise InputError(f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; {remedy}.")
     if q * hz >= 0.4:
         # a step cannot tell a lost row from rounding; a few odd ones cannot either, many at even distances can
         count, expected = np.count_nonzero(odd > 0.5), n * abs(1.0 / (q * hz) - 1.0)
@@ -269,8 +258,6 @@ def judge_stamps(
         words = f", taken for {stamps.guessed}" * bool(stamps.guessed)
         return rate or Rate(hz, f"from the stamps{words}"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
-    raise InputError(
-        f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, {1.0 / hz:.6g} s is the mean ({line}), rows are "
-        f"missing or unevenly timed; `resample: true` interpolates onto an even grid if no two are equal, else "
-        f"{_REMEDY}."
-    )
+    odd_step = f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, {1.0 / hz:.6g} s is the mean ({line})"
+    remedy = f"`resample: true` interpolates onto an even grid if no two are equal, else {_REMEDY}"
+    raise InputError(f"{odd_step}, rows are missing or unevenly timed; {remedy}.")
