@@ -65,8 +65,7 @@ def maxwell_elements(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     The loss factor is loss modulus over storage modulus. Stiffnesses are relative to that at rest. With ``x = w T``, an
     element of the stiffness g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to the storage
     modulus 1. The loss modulus less the loss factor times the storage modulus is linear in the stiffnesses: they are
-    fitted over the band by least squares, and none is negative for loss factors up to 0.5. The stiffness grows across
-    the band by about ``w^(2 loss_factor / pi)`` (Kramers-Kronig).
+    fitted over the band by least squares, and none is negative for loss factors up to 0.5.
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, ELEMENTS))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * ELEMENTS)[:, None] * time) ** 2

@@ -64,10 +64,9 @@ def belt_path(circles, names=None) -> BeltPath:
     distance = np.hypot(dx, dy)
     if (contained := distance <= np.abs(wider)).any():
         i = int(contained.argmax())
-        raise InputError(
-            f"wheels {names[i]} and {names[(i + 1) % len(names)]} are {distance[i]:.4g} m apart and overlap with the "
-            f"chain on them; the distance must exceed {abs(wider[i]):.4g} m"
-        )
+        wheels, remedy = f"{names[i]} and {names[(i + 1) % len(names)]}", f"must exceed {abs(wider[i]):.4g} m"
+        apart = f"are {distance[i]:.4g} m apart and overlap with the chain on them"
+        raise InputError(f"wheels {wheels} {apart}; the distance {remedy}")
     heading = np.arctan2(dy, dx) + np.arcsin(wider / distance)
     wrap = (np.roll(heading, 1) - heading) % (2 * pi)
     if abs(wrap.sum() - 2 * pi) > 1e-9:
@@ -142,10 +141,9 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         clear = float(np.hypot(*(points - circles[i, :2]).T).min() - circles[i, 2])
         allowed = max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
         if clear > allowed:
-            raise InputError(
-                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut "
-                f"chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m; {CONVEX_ORDER}"
-            )
+            wheel = f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop"
+            passing = f"the taut chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m"
+            raise InputError(f"{wheel}: {passing}; {CONVEX_ORDER}")
     return path, order
 
 
@@ -156,10 +154,9 @@ def check_overlap(rig: Rig, centres: np.ndarray) -> None:
         distance, needed = hypot(*(centres[i] - centres[k])), _needed(solid, i, k)
         # the end of a travel (`travel_range`) is such a distance
         if distance < needed * (1 - 1e-9):
-            raise InputError(
-                f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} m "
-                f"apart and overlap; the distance must exceed {needed:.4g} m"
-            )
+            wheels = f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m)"
+            remedy = f"the distance must exceed {needed:.4g} m"
+            raise InputError(f"{wheels} are {distance:.4g} m apart and overlap; {remedy}")
 
 
 def _needed(solid: np.ndarray, i: int, k: int) -> float:
@@ -223,10 +220,9 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
         s[1:] = s[0] + np.cumsum(np.clip(np.diff(s + moves), 0.5 * lengths, 1.6 * lengths))
         if np.abs(moves).max() < LAST_STEP:
             return s
-    raise InputError(
-        f"a body of {lengths.max():g} m from pin to pin (chain.link_length, or the connector that fits to it) cannot "
-        f"be laid around these wheels; it must be a fraction of their smallest radius, {path.circles[:, 2].min():.4g} m"
-    )
+    body = f"a body of {lengths.max():g} m from pin to pin (chain.link_length, or the connector that fits to it)"
+    remedy = f"it must be a fraction of their smallest radius, {path.circles[:, 2].min():.4g} m"
+    raise InputError(f"{body} cannot be laid around these wheels; {remedy}")
 
 
 @dataclass(frozen=True)
@@ -265,11 +261,9 @@ def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
             growth += [cos(enter) - cos(leave), sin(enter) - sin(leave)]
     lever = float(growth @ [cos(angle), sin(angle)])
     if abs(lever) < LEAST_LEVER:
-        raise InputError(
-            f"tension.direction = {tension.direction:g} deg moves the {tension.wheel} along its chain and cannot "
-            f"tension it; choose a direction near {atan2(growth[1], growth[0]) * 180 / pi % 360:.0f} deg, the middle "
-            "of its wrap"
-        )
+        effect = f"moves the {tension.wheel} along its chain and cannot tension it"
+        middle = f"{atan2(growth[1], growth[0]) * 180 / pi % 360:.0f} deg, the middle of its wrap"
+        raise InputError(f"tension.direction = {tension.direction:g} deg {effect}; choose a direction near {middle}")
     return lever
 
 
@@ -308,11 +302,10 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         needed = round(rig.chain.pitches * path.length / float(lengths.sum()))
         same = needed == rig.chain.pitches
         remedy = f"turn tension.direction = {rig.tension.direction:g} deg" if same else f"use about {needed} pitches"
-        raise InputError(
-            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; one pitch is {1e3 * rig.pitch:.4g} mm, unless "
-            f"chain.pitch states another: {remedy}, move the wheels or enlarge the travel"
-        ) from None
+        loop = f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state}"
+        problem = f"{loop} for its wheels even at the end of tension.travel = {travel} m"
+        pitch = f"one pitch is {1e3 * rig.pitch:.4g} mm, unless chain.pitch states another"
+        raise InputError(f"{problem}; {pitch}: {remedy}, move the wheels or enlarge the travel") from None
     path, order = belt_around(rig, shift, body)
     lever = _lever(rig, path, order)
     pins = path.along(_lay(path, lengths))[0]

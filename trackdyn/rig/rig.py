@@ -112,11 +112,9 @@ class Rig(Section):
             yield "groove is missing; a tooth has groove or profile, and one of them only"
         ring, equal = self.ring_radius, self.sprocket.equal_pitch_radius
         if ring is not None and abs(ring - equal) > RING_OFF * equal:
-            yield (
-                f"sprocket.ring_radius = {ring:g} m is more than {RING_OFF:.0%} off sprocket.equal_pitch_radius = "
-                f"{equal:.4g} m; links and grooves would not have one pitch; state both, or "
-                "chain.pitch in place of both, or sprocket.ring = none"
-            )
+            off = f"is more than {RING_OFF:.0%} off sprocket.equal_pitch_radius = {equal:.4g} m"
+            remedy = "state both, or chain.pitch in place of both, or sprocket.ring = none"
+            yield f"sprocket.ring_radius = {ring:g} m {off}; links and grooves would not have one pitch; {remedy}"
         tension = self.tension
         if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
             names = " or ".join(map(repr, self.wheels))
@@ -237,10 +235,8 @@ class Rig(Section):
             size, equal = self.profile.size, self.sprocket.equal_pitch_radius
             if not 0.4 < size / equal < 2.5:
                 unit = ", not in mm" if 300 < size / equal < 3000 else ""
-                raise InputError(
-                    f"profile lies {size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is "
-                    f"{equal:.4g} m; its lengths must be in m{unit}"
-                )
+                place = f"{size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is {equal:.4g} m"
+                raise InputError(f"profile lies {place}; its lengths must be in m{unit}")
             return self.profile.groove(self.sprocket.teeth, self.chain.connector_radius)
         bodies = self.connector_length, self.chain.connector_radius, self.pin_circle
         return build_groove(self.groove, self.sprocket.teeth, *bodies)
@@ -307,10 +303,7 @@ def _validated(data: Any, name: str, context: str | None = None, path: Path | st
 
 @typed
 def load_rig(path: Path | str = DEFAULT) -> Rig:
-    """Read a rig from a YAML file, or a shipped one by its name (`rig_file.shipped_rigs`).
-
-    Raises `InputError`: the file is no rig, in one sentence with file, field, value and accepted values.
-    """
+    """Read a rig from a YAML file, or an included one by its name; `InputError` names file, field, value and remedy."""
     data = read_rig(path)
     if (tried := read_yaml(rig_path(path)).get(TRIED)) is not None:
         data[TRIED] = tried
@@ -319,20 +312,19 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
 
 def outside_ranges(path: Path | str) -> list[str]:
     """Return a sentence for each value of a rig file, its own or inherited, that lies outside its range."""
-    return [
-        f"{name} = {entry['value']:.6g}{'' if entry['unit'] == '1' else ' ' + entry['unit']} lies {side} its range, "
-        f"{entry['low']:g} to {entry['high']:g}"
-        for name, entry in entries_of(read_rig(path)).items()
-        if (side := outside_range(entry))
-    ]
+    sentences = []
+    for name, entry in entries_of(read_rig(path)).items():
+        if side := outside_range(entry):
+            value = f"{entry['value']:.6g} {entry['unit']}".removesuffix(" 1")
+            sentences.append(f"{name} = {value} lies {side} its range, {entry['low']:g} to {entry['high']:g}")
+    return sentences
 
 
 def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
     """Return a remark on a tooth made for another chain, the one that ``path`` inherits or an included one; else ""."""
     if path is None:
-        tooth = rig.groove, rig.profile
-        included = {name: load_rig(name) for name in shipped_rigs()}
-        same = {name: other for name, other in included.items() if (other.groove, other.profile) == tooth}
+        rigs = {name: load_rig(name) for name in shipped_rigs()}
+        same = {name: r for name, r in rigs.items() if (r.groove, r.profile) == (rig.groove, rig.profile)}
     else:
         origin = groove_origin(path)
         same = {} if origin is None else {origin.stem: load_rig(origin)}
@@ -353,9 +345,8 @@ def parameter_table(path: Path | str) -> "pd.DataFrame":
 
     rig = load_rig(path)
     derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
-    lengths = {"connector length": rig.connector_length, "pin circle": rig.pin_circle}
-    entries = entries_of(read_rig(path)) | {
-        name: {"value": value, "unit": "m", "kind": "derived", "source": derived} for name, value in lengths.items()
-    }
+    entries = entries_of(read_rig(path))
+    for name, value in {"connector length": rig.connector_length, "pin circle": rig.pin_circle}.items():
+        entries[name] = {"value": value, "unit": "m", "kind": "derived", "source": derived}
     rows = [{"name": name, "outside": outside_range(entry), **entry} for name, entry in entries.items()]
     return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

@@ -38,11 +38,7 @@ class Slider(Section):
 
 
 class Wheel(Section):
-    """Wheel that turns freely: position, inertia, surface, drag and suspension.
-
-    Its drag follows one of three laws: ``rolling_arm`` times the links' normal forces plus ``seal_drag``,
-    ``bearing_drag``, or ``bearing_torque``.
-    """
+    """Wheel that turns freely; drag by ``rolling_arm`` and ``seal_drag``, ``bearing_drag`` or ``bearing_torque``."""
 
     x: Position
     y: Position
@@ -53,7 +49,7 @@ class Wheel(Section):
     inertia: Inertia
     bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     bearing_torque: Annotated[float, Quantity("N m", ge=0)] = 0.0
-    rolling_arm: Annotated[float, Quantity("m", ge=0, le=1)] = 0.0
+    rolling_arm: Annotated[float, Quantity("m", ge=0, le=1)] = 0.0  # times the links' normal forces
     seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     surface: Annotated[str, Quantity("name")] = "wheel_contact"
     arm: Arm | None = None
@@ -67,7 +63,6 @@ class Wheel(Section):
 
 # pull of the chain by a brake, N, at most a hundred times the weight of a heavy vehicle
 Pull = Annotated[float, Quantity("N", ge=0, le=1e7)]
-FrictionLaw = Literal["regularised", "dahl"]
 Kept = Literal["locked", "retensioned", "sprung"]
 Drag = Literal["viscous", "coulomb", "rolling"]
 
@@ -158,11 +153,7 @@ class Guide(Section):
 
 
 class Surface(Section):
-    """Contact surface of rubber or steel.
-
-    Friction is ``regularised``, Eq. 10 with its ``transition_velocity``, or follows Dahl's law (``dahl``) with a
-    ``shear_stiffness`` under a link; it then slides at ``friction_static``.
-    """
+    """Contact surface; by Dahl's law, with ``shear_stiffness``, it slides at ``friction_static``."""
 
     contact_length: Length
     axial_overhang: Annotated[float, Quantity("m", ge=0)]
@@ -172,7 +163,7 @@ class Surface(Section):
     friction_static: Friction
     friction_dynamic: Friction
     transition_velocity: Annotated[float, Quantity("m/s", gt=0)]
-    friction_law: Annotated[FrictionLaw, Quantity("name")] = "regularised"
+    friction_law: Annotated[Literal["regularised", "dahl"], Quantity("name")] = "regularised"
     shear_stiffness: Annotated[float | None, Quantity("N/m", gt=0)] = None
 
 
