@@ -9,7 +9,7 @@ from packaging.version import Version
 from setuptools import find_packages
 
 from tests.conftest import ROOT, python
-from trackdyn.inputs.extras import EXTRAS
+from trackdyn.inputs.errors import EXTRAS
 
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = PYPROJECT["project"]

@@ -73,7 +73,7 @@ else:  # a type checker would accept every name
         try:
             globals()[name] = value = getattr(import_module(_MODULES[name]), name)
         except ModuleNotFoundError as error:
-            from trackdyn.inputs.extras import missing
+            from trackdyn.inputs.errors import missing
 
             raise missing(error) from None
         return value

@@ -16,8 +16,7 @@ from trackdyn.commands.field_tests import compare
 from trackdyn.commands.recordings import export, show, simulate
 from trackdyn.commands.rig_files import check, new, rigs
 from trackdyn.commands.studies import ring, sweep
-from trackdyn.inputs.errors import TrackdynError
-from trackdyn.inputs.extras import missing
+from trackdyn.inputs.errors import TrackdynError, missing
 from trackdyn.version import __version__
 
 COMMANDS = (simulate, show, export, check, new, rigs, ring, sweep, compare)

@@ -42,22 +42,6 @@ def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(plain_number(item) for item in row) for row in rows)
 
 
-def _unwrap(unit: str, kind: type, absent: bool = False):
-    def unwrap(entry: Any, info: ValidationInfo) -> Any:
-        if absent and entry is None:
-            return None
-        from_file = info.context is FROM_FILE or isinstance(entry, dict)  # else it is in this unit
-        value = entry_value(entry, unit) if from_file else entry
-        plain = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
-        if kind is tuple and len(plain[0]) != (columns := unit.count(",") + 1):
-            raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {unit}")
-        if kind is float and 0.0 < abs(plain) < LEAST_VALUE:
-            raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST_VALUE:g} in size")
-        return plain
-
-    return BeforeValidator(unwrap)
-
-
 def entry_value(entry: Any, unit: str) -> Any:
     """Return the value of an entry of a file; `ValueError` names the key that is missing or wrong."""
     if not isinstance(entry, dict):
@@ -97,12 +81,25 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         absent = NoneType in get_args(source)
         kind = next(variant for variant in get_args(source) if variant is not NoneType) if absent else source
-        unwrap = _unwrap(self.unit, get_origin(kind) or kind, absent)
+        parse = {float: plain_number, int: plain_count, tuple: _rows}.get(get_origin(kind) or kind, lambda name: name)
+
+        def unwrap(entry: Any, info: ValidationInfo) -> Any:
+            if absent and entry is None:
+                return None
+            from_file = info.context is FROM_FILE or isinstance(entry, dict)  # else it is in this unit
+            value = entry_value(entry, self.unit) if from_file else entry
+            plain = parse(value)
+            if parse is _rows and len(plain[0]) != (columns := self.unit.count(",") + 1):
+                raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {self.unit}")
+            if kind is float and 0.0 < abs(plain) < LEAST_VALUE:
+                raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST_VALUE:g} in size")
+            return plain
+
         bounds: dict[str, Any] = {"le": LARGEST_VALUE, "ge": -LARGEST_VALUE} if kind in (float, int) else {}
-        field = Field(**bounds | self.bounds)
+        field, unwrapped = Field(**bounds | self.bounds), BeforeValidator(unwrap)
         if absent:
-            return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap])
-        return handler.generate_schema(Annotated[kind, unwrap, field])
+            return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrapped])
+        return handler.generate_schema(Annotated[kind, unwrapped, field])
 
 
 Table = tuple[tuple[float, ...], ...]

@@ -256,10 +256,7 @@ def typed(target: Typed) -> Typed:
     """
     if isinstance(target, type):
         for name, member in list(vars(target).items()):
-            public = name == "__init__" or not name.startswith("_")
-            if public and isinstance(member, classmethod):
-                setattr(target, name, classmethod(typed(member.__func__)))
-            elif public and isfunction(member):
+            if isfunction(member) and (name == "__init__" or not name.startswith("_")):
                 setattr(target, name, typed(member))
         return target
     names = list(signature(target).parameters)

@@ -13,8 +13,7 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.inputs.errors import DivergenceError, InputError
-from trackdyn.inputs.extras import required
+from trackdyn.inputs.errors import DivergenceError, InputError, required
 from trackdyn.jit import direct
 from trackdyn.model.arrays import State
 from trackdyn.model.constants import Chain, Drive, Model
