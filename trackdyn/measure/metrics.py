@@ -11,13 +11,14 @@ from trackdyn.measure.catalogue import ACCELERATION, BY_COLUMN, CATALOGUE, Passa
 from trackdyn.measure.columns import SHOWN, described
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.estimators import Sensed, meshing_summary, sensor_metrics
-from trackdyn.measure.sensor import sense, sensor_signal
+from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.uncertainty import NAN, STEP_ERRORS, batch_degrees, student, turn_edges
 from trackdyn.measure.whole_loop import mobilised_friction, work_measures
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.signals import normal_signal
 
 GRAVITY_RANGE = 0.005  # relative difference of gravity between poles and equator
 LEAST_DRIFTING, SLOPE_CONFIDENCE = 4, 0.8  # turns for a test of drift, and the confidence of its slope
@@ -140,7 +141,7 @@ def _range_sentence(recording: Recording, sensor: int) -> str:
     """Return a warning on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
     scene, (name, mounted) = recording.scene, list(recording.sensors.items())[sensor]
     columns = slice(len(scene.rig.sensors), None) if scene.every_link else slice(sensor, sensor + 1)
-    limit, ay = mounted.range, sensor_signal(recording.mean[:, columns], scene.rig)[..., 1]
+    limit, ay = mounted.range, normal_signal(recording.mean[:, columns], scene.rig)
     if not (beyond := int((abs(ay) > limit).sum())):
         return ""
     limited, free = rms(np.clip(ay, -limit, limit).ravel()), rms(ay.ravel())

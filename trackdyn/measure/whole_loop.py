@@ -15,11 +15,11 @@ import numpy as np
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SCALES, SERIES, TOLERATED
-from trackdyn.measure.sensor import sensor_signal
 from trackdyn.measure.spectra import high_passed
 from trackdyn.measure.uncertainty import NAN, Estimate, Series, ratio_values
 from trackdyn.model.arrays import RING_FRICTION, SIDES, SPROCKET_WORK, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.signals import normal_signal
 
 
 def every_ay(recording: Recording) -> np.ndarray:
@@ -27,7 +27,7 @@ def every_ay(recording: Recording) -> np.ndarray:
     if not recording.scene.every_link:
         raise InputError("recording: every_link is False; a scene with every_link=True has a sensor on every link")
     rig = recording.scene.rig
-    return sensor_signal(recording.mean[:, len(rig.sensors) :], rig, rig.first_sensor.range)[..., 1]
+    return normal_signal(recording.mean[:, len(rig.sensors) :], rig, rig.first_sensor.range)
 
 
 def passage_edges(recording: Recording, required: bool = True) -> np.ndarray:

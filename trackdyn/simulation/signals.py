@@ -21,6 +21,16 @@ def sensor_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.nda
     return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
 
 
+def normal_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
+    """Return signals as `sensor_signal` along the outward normal only, (...), g."""
+    return np.clip(_normal_force(motion, rig.gravity) / rig.g, -limit, limit)
+
+
+def _normal_force(motion: np.ndarray, gravity: float) -> np.ndarray:
+    """Return the y component of `specific_force`, the other of which is half of its time."""
+    return motion[..., 1] + np.cos(motion[..., 2]) * gravity
+
+
 def mean_square(motion: np.ndarray, gravity: float) -> float:
     """Return the mean square of the sensor's y acceleration (Eq. 40), m2/s4; ``motion`` as in ``Recording.mean``."""
-    return float((specific_force(motion[..., :2], motion[..., 2], gravity)[..., 1] ** 2).mean())
+    return float((_normal_force(motion, gravity) ** 2).mean())

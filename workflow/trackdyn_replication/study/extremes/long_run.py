@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.sensor import sensor_signal
 from trackdyn.measure.spectra import rms
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import LARGEST_RESIDUAL, open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
+from trackdyn.simulation.signals import normal_signal
 from trackdyn_replication.study.extremes.judge import GAP, attempted, below
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that are all
@@ -33,7 +33,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     rows = []
     for _ in range(round(seconds / chunk)):
         record = Recorder(loop, piece, checked=False).finish().record.samples
-        ay = sensor_signal(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
+        ay = normal_signal(record.mean[:, 0], rig, rig.first_sensor.range)
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
         resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / MEGABYTE
