@@ -4,8 +4,6 @@ By value, numba writes out every array of a `Model`, a `State` and a `Work` in e
 more than eight hundred together. By reference, a kernel takes one pointer to a block of memory, which the wrapper of
 the call from Python fills; reading a field is one load at a fixed offset. No kernel writes to a block, and LLVM gets
 this as an attribute: the addresses of arrays then stay in registers across a loop, as they do by value.
-
-This module uses only numba's interface for extensions.
 """
 
 import hashlib

@@ -9,7 +9,7 @@ stores and dissipates. In planar motion ``space`` is None, and the wheel's frame
 
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.jit import kernel
-from trackdyn.model.arrays import OFFSET, SPEED, P, Q
+from trackdyn.model.arrays import OFFSET
 from trackdyn.model.constants import INDEPENDENT, Space
 
 
@@ -60,15 +60,6 @@ def centre_in_plane(model, space, wheel):
 def height(state, space):
     """Return the offset of the chain's plane along its normal, m."""
     return 0.0 if space is None else state.plane.motion[OFFSET]
-
-
-@kernel
-def normal_velocity(state, space, x, y):
-    """Return the velocity of the chain's plane along its normal at a point, m/s."""
-    if space is None:
-        return 0.0
-    motion = state.plane.motion
-    return motion[SPEED] + motion[P] * (y - state.pin[1]) - motion[Q] * (x - state.pin[0])
 
 
 @kernel

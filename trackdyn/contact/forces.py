@@ -7,10 +7,10 @@ is the work of a linearly implicit step or None, ``space`` that of motion in spa
 from typing import NamedTuple
 
 from trackdyn.chain.kinematics import mass_centre
-from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
+from trackdyn.contact.axial import friction_coefficients, to_plane_frame, to_wheel_frame, wheel_centre
 from trackdyn.contact.laws import force_and_slopes, sheared
 from trackdyn.jit import inlined, kernel
-from trackdyn.model.arrays import GUIDE, OFFSET, P, Q, State, Work
+from trackdyn.model.arrays import GUIDE, OFFSET, SPEED, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
 
 # Fraction of a linearly implicit step at which contact depths are taken: half is stable for any stiffness and
@@ -60,8 +60,8 @@ def point_velocity(state, work, space, body, point, arm, prediction):
     if space is None:
         return vx, vy, 0.0
     motion = state.plane.motion
-    az = z - motion[OFFSET]
-    return vx + motion[Q] * az, vy - motion[P] * az, normal_velocity(state, space, x, y)
+    az, vz = z - motion[OFFSET], motion[SPEED] + motion[P] * (y - state.pin[1]) - motion[Q] * (x - state.pin[0])
+    return vx + motion[Q] * az, vy - motion[P] * az, vz
 
 
 @kernel

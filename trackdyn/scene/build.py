@@ -46,9 +46,6 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
     return float(weights @ pins @ weights), float(2 * weights @ pins @ turn), float(turn @ pins @ turn)
 
 
-FRICTION = {"none": constants.TANGENTIAL, "tangential": constants.TANGENTIAL, "independent": constants.INDEPENDENT}
-
-
 def make_law(
     contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed",
     shear_stiffness=0.0,
@@ -186,19 +183,16 @@ def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
 
 
 def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
-    """Return constants of the motion in space of links and connectors around ``wheels``, the sprocket with ``tooth``.
-
-    Connectors have guides, which flanges hold on the sprocket as far out as its teeth reach (Eq. 18), on other wheels,
-    and on a sprocket without teeth, up to half a link's thickness above the links.
-    """
+    """Return constants of the motion in space of links and connectors around wheels, the sprocket with ``tooth``."""
     rig = scene.rig
     parts = (rig.sprocket, *rig.wheels.values())[: len(wheels.x)]
     frame = np.array([wheel_frame(radians(wheel.toe), radians(wheel.camber)) for wheel in parts])
+    # flanges hold connectors' guides as far out as teeth reach (Eq. 18), else half a link's thickness above the links
     reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
     if tooth.present:
         reach[SPROCKET] = tooth.addendum + tooth.arc_radius
     surfaces = (rig.wheel_contact, rig.tooth_contact, rig.ring_contact)  # in the order of `model.arrays.SURFACE`
-    c, pitches = rig.chain, rig.chain.pitches
+    c, pitches, friction = rig.chain, rig.chain.pitches, scene.fidelity["friction"].setting
     return Space(
         along=np.tile([c.link_inertia_along, c.connector_inertia_along], pitches),
         across=np.tile([c.link_inertia_across, c.connector_inertia_across], pitches),
@@ -206,7 +200,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
         length=np.array([surface.contact_length for surface in surfaces]),
         overhang=np.array([surface.axial_overhang for surface in surfaces]), guide_reach=reach,
         **{name: float(value) for name, value in rig.guide},
-        friction=FRICTION[scene.fidelity["friction"].setting],
+        friction=constants.INDEPENDENT if friction == "independent" else constants.TANGENTIAL,
     )  # fmt: skip
 
 
@@ -239,10 +233,7 @@ def build_model(scene) -> Model:
 
 
 def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> constants.Suspensions:
-    """Return suspensions at rest at the positions of the model's wheels, their springs without preload.
-
-    ``tension`` is the scene's tension: with ``sprung`` the tensioning wheel, shifted by ``shift`` (m), is one of them.
-    """
+    """Return suspensions at rest on the model's wheels, without preload; a sprung tensioner is shifted (m)."""
     rows = []
     for k, name in enumerate(wheel_names(rig)):
         tensions = k == tensioner(rig) and tension == "sprung"

@@ -79,12 +79,9 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
 
 
 def settling_step(scene, tension: float, longest: float = inf) -> float:
-    """Return the step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
-
-    The limit of an explicit method applies, too, so that settling does not fail where the scene's own step would.
-    """
+    """Return the step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``."""
     step = min(longest, SETTLING_STEP)
-    if not METHODS[scene.integrator].linearly_implicit:
+    if not METHODS[scene.integrator].linearly_implicit:  # the limit of explicit steps, so that settling does not fail
         step = min(step, max(largest_step(scene.model, tension), LEAST_SETTLING_STEP))
     return round_step(step, 1.0 / scene.rig.rate)
 

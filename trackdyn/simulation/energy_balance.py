@@ -33,9 +33,8 @@ def passed_pitches(model: Model, seconds: float) -> float:
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Return the residual of the energy balance as a share of the energy exchanged, and that energy (J).
 
-    ``energy`` (s, 11) has the columns `ENERGY_NAMES` and covers ``seconds`` from first to last row. The energy
-    exchanged is the sum of all their changes and the kinetic energy of the bodies that pass the sprocket, for the
-    sprocket's work vanishes at rest.
+    ``energy`` (s, 11; `ENERGY_NAMES`) covers ``seconds``. The energy exchanged is the sum of all changes and of the
+    kinetic energy of the bodies that pass the sprocket, for the sprocket's work vanishes at rest.
     """
     change, turns = energy[-1] - energy[0], passed_pitches(model, seconds) / len(model.shoes.link_body)
     carried = turns * float(energy[:, KINETIC].max())
