@@ -1,8 +1,4 @@
-"""Snakemake in this checkout, from any folder: its arguments are Snakemake's.
-
-Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and runs templates in
-them.
-"""
+"""Snakemake in this checkout, from any folder, after a check of configurations, in which it would run templates."""
 
 import os
 import sys

@@ -64,8 +64,7 @@ def make_missing(wildcards, reader):
 def follow_contents():
     """Rerun jobs whose files have other content, whatever their dates, and make missing results.
 
-    A record copied from a card is older than results. A rule without a message has its docstring for one, a rule without
-    a log one of its name and wildcards.
+    A record copied from a card is older than results. A rule's message is its docstring, its log has its name, by default.
     """
     for reader in workflow.rules:
         reader.message = reader.message or reader.docstring

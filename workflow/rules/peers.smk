@@ -1,5 +1,4 @@
-# The independent multibody code instead of the paper's commercial one: Figures 13, 14, Table 2. The runs
-# read no figure and no caption: a change of these repeats none.
+# The independent multibody code: Figures 13, 14, Table 2. The runs read no caption: a change of one repeats none.
 
 
 rule peer_runs:

@@ -5,8 +5,7 @@ LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []
 
 
-# Runs that are measured together: the records with their coarse tooth, the ring study, each as soon as it is there; the
-# meshing process where all are gathered.
+# runs that are measured together, each kind as soon as it is there; the meshing process where all are gathered
 PATTERNS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
 RUNS = {kind: [run for run in SCENES if re.fullmatch(pattern, run)] for kind, pattern in PATTERNS.items()}
 
@@ -45,7 +44,7 @@ rule sensor_records:
     output: records=RECORDS, csv=f"{R}/tables/sensor_records.csv"
     params: speeds=CONFIG.records.speeds_rpm, synthetic=CONFIG.synthetic
     priority: 100 # a fault of a record is reported before anything is simulated
-    script: "../trackdyn_replication/report/sensor_records.py"
+    script: "../trackdyn_replication/report/tables.py"
 
 
 rule statistics:

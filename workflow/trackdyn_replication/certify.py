@@ -1,8 +1,4 @@
-"""The manifest of a results folder, hashes of files and numbers of tables, and its comparison with another run.
-
-On one kind of machine equal runs are equal byte for byte. Between kinds of processor the last digits differ
-(measured in docs/running.md), so that the numbers of tables are compared.
-"""
+"""The manifest of a results folder: hashes, and tables, whose last digits differ by processor (docs/running.md)."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 

@@ -199,14 +199,11 @@ def _groups(claim: Claim, values: Iterable[Value]) -> list[list[Value]]:
     return list(groups.values())
 
 
-NO_VALUE = "no value"  # such as a ratio of forces that never act
-
-
 def _text(value) -> str:
     if value is None:
         return ""
     if isinstance(value, Range | float) and np.isnan(value).any():
-        return NO_VALUE
+        return "no value"  # such as a ratio of forces that never act
     if isinstance(value, Range):
         return f"{_text(value.low)} to {_text(value.high)}"
     if isinstance(value, list | tuple):

@@ -81,14 +81,11 @@ class Evidence:
 
 
 def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
-    """Return the dominant peak of the FFT, had the record begun elsewhere in a turn: ``start_s, line_hz, line_g``.
-
-    Samples beyond the end of the record are those one turn earlier: in steady running each is like the one before.
-    Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s).
-    """
+    """Return the dominant peak of the FFT, had the record begun elsewhere in a turn: ``start_s, line_hz, line_g``."""
     ay, loop_hz, rows = sense(recording).ay, recording.periods.loop_hz, []
     if holds_line(len(ay), recording.rate, loop_hz):
         samples = round(recording.rate / loop_hz)
+        # in steady running a turn is like the one before; a longer run shows the same to 5e-6 g (115 rpm, 90 s)
         longer = np.concatenate([ay, ay[-samples:]])
         for first in np.rint(np.arange(starts) / starts * samples).astype(int):
             line = main_line(longer[first : first + len(ay)], recording.rate, loop_hz)

@@ -84,11 +84,6 @@ def value_difference(simulated, measured):
     return 100 * np.abs(simulated - measured) / measured
 
 
-def lettered(title: str, rpm: float) -> str:
-    """Prefix a title with the letter of the paper's panel for a motor speed (rev/min), if there is one."""
-    return f"({'abcd'[SPEEDS_RPM.index(rpm)]}) {title}" if rpm in SPEEDS_RPM else title
-
-
 def peaks(rpm: float) -> list[tuple[str, float, float, str]]:
     """Return the printed dominant peaks at a motor speed: label, frequency (Hz), amplitude (g), marker."""
     return [(f"printed, {source}", hz[rpm], g[rpm], mark) for source, (hz, g, mark) in LINES.items() if rpm in hz]

@@ -123,9 +123,8 @@ def _groove_contact(c: Contacts, x, y, sprocket_angle):
 def peer_contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
     """Compute the (n, 3) ``load`` of all contacts on the bodies and their (n, w) ``torque`` on each wheel.
 
-    ``length`` (n,) is from pin to pin, with the mass centre in the middle; ``q`` and ``v`` (3 n + w - 1,) are mass
-    centre x, y and angle of every body, angles of the wheels but the sprocket, and their rates; ``angle`` and ``spin``
-    are the sprocket's. With ``update`` the step is accepted: contacts that have begun are remembered.
+    ``q`` and ``v`` (3 n + w - 1,) are mass centre x, y and angle of every body, angles of the wheels but the sprocket,
+    and their rates; ``angle`` and ``spin`` are the sprocket's. With ``update`` the step is accepted.
     """
     load[:] = 0.0
     torque[:] = 0.0

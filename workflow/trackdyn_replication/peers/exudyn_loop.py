@@ -1,8 +1,7 @@
 """The loop in Exudyn, an independent multibody code: its bodies, joints, equations and solver.
 
-Bodies have three absolute coordinates each, joints are rigid constraints with multipliers, the solver is the implicit
-generalized-alpha method. Bushings are Exudyn's spring-dampers, wheels its rotating masses. The contacts are one
-user-defined force (``peers.contact``), because Exudyn's own elements have other laws.
+Bodies have absolute coordinates, joints are constraints with multipliers, the solver is generalized-alpha. The contacts
+are one user-defined force (``peers.contact``), because Exudyn's own elements have other laws.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Tables 1, 3 and 4, the parameters, and the dominant peaks of the long records, the sensor's and the printed ones."""
+"""Tables 1, 3 and 4, the parameters, the sensor's records, and dominant peaks of both and as printed."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -10,12 +10,18 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
-from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor
+from trackdyn.fieldtest.axes import require_axes
+from trackdyn.fieldtest.samples import whole_ratio
+from trackdyn.fieldtest.sensor_csv import SensorRecord, read_sensor, write_sensor_csv
+from trackdyn.fieldtest.sensor_mapping import load_mapping
+from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import described
 from trackdyn.measure.estimators import record_metrics
+from trackdyn.measure.spectra import LEAST_PERIODS
 from trackdyn.rig.groove import Groove
 from trackdyn.rig.rig import load_rig, parameter_table
+from trackdyn.scene.scene import Periods
 from trackdyn_replication.paper import published
 from trackdyn_replication.paper.published import SENSORS, value_difference
 
@@ -102,13 +108,38 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def sensor_records(job) -> pd.DataFrame:
+    """Write the sensor's records as they are compared; return the conversions made in reading them."""
+    params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
+    rig = load_rig(job.input.rig)
+    mapping = mapping.sensors.get(next(iter(rig.sensors)), mapping)
+    origin = "synthetic, not measured" if params.synthetic else "as compared"
+    for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
+        record = read_sensor(path, mapping, rig.first_sensor.range, rig.g)
+        record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
+        require_axes(record, rig, rpm)
+        if record.rate < rig.rate and whole_ratio(rig.rate, record.rate) != 1:
+            raise InputError(
+                f"{path}: has {record.rate:.6g} samples per second, fewer than the simulation's {rig.rate:g}; "
+                f"set sensor.rate of the rig to {round(record.rate)}"
+            )
+        record = record.averaged(rig.rate)
+        rows.append({"speed_rpm": rpm, "file": path, **record.done})
+        comments = [f"{path}: {origin}", *(f"{name}: {text}" for name, text in record.done.items())]
+        write_sensor_csv(out, record.time, record.ax, record.ay, record.az, comments)
+    return pd.DataFrame(rows)
+
+
 @run_job
 def main(job) -> None:
-    """Rules `parameters` and `statistics`."""
+    """Rules `parameters`, `sensor_records` and `statistics`."""
     params, output = job.params, job.output
     if job.rule == "parameters":
         write_csv(output.csv, parameter_table(job.input.rig))
         write_csv(output.groove, table1(load_rig(job.input.rig).groove_profile))
+        return
+    if job.rule == "sensor_records":
+        write_csv(output.csv, sensor_records(job))
         return
     label, metrics = SENSORS[params.synthetic], pd.read_csv(job.input.metrics)
     records = metrics.set_index("run").loc[params.runs].reset_index()

@@ -191,12 +191,8 @@ def detection_figure(rig: Rig) -> Figure:
 
 
 def passage(rig: Rig, points: int = 121) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (t,) angle of the sprocket from mid-wrap (rad) and the (t, 2, 2) pins of a connector (m), left first.
-
-    The links lie on the ring, the runs are straight, and one pitch follows each groove. The phase of the chain on the
-    sprocket is that at which the left arc just touches its flank once. Pins are in the groove's frame.
-    """
-    path, _ = belt_around(rig)
+    """Return the (t,) angle of the sprocket from mid-wrap (rad) and the (t, 2, 2) pins of a connector, m."""
+    path, _ = belt_around(rig)  # the way is kinematic: links lie on the ring, a pitch follows each groove
     wrap, r = path.wrap[0], path.circles[0, 2]
     chords = np.array([rig.chain.link_length, rig.connector_length])
     pitch = 2 * r * np.arcsin(chords / (2 * r)).sum()  # length of a pitch on the path round the sprocket

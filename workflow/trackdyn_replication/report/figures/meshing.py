@@ -321,29 +321,20 @@ def _draw_panel(ax: Axes, recording: Recording, selected: Selected, moment: Mome
 
 def contacts_at(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
     """Yield side, force (N), point (m) and normal of contacts of a connector with teeth, of a link with the ring."""
-    pins, angles, sprocket_angle = chain
+    (pins, angles, sprocket_angle), shape = chain, rig.groove_profile
     for i, side in enumerate(("left", "right")):
         if area[i]:
-            yield side, force[i], *tooth_contact(rig, sprocket_angle, int(groove[i]), int(area[i]), pins[connector + i])
-    if link is not None and force[2] > 0:
-        yield "ring", force[2], *ring_contact(rig, pins[link], angles[link])
-
-
-def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on it."""
-    shape = rig.groove_profile
-    centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
-    outward = marks.directions(centre, pin)[0]
-    return centre + shape.radius[area - 1] * outward, outward if shape.convex[area - 1] else -outward
-
-
-def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the closest point of a link to the sprocket's centre (m), and the direction from the centre to it."""
-    centre = drawing.sprocket_centre(rig)
-    along = float((centre - pin) @ marks.polar(angle))
-    foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
-    point = drawing.placed(foot, pin, angle)[0]
-    return point, marks.directions(centre, point)[0]
+            touched = int(area[i]) - 1
+            centre = drawing.groove_points(rig, sprocket_angle, int(groove[i]), [shape.centre[touched]])[0]
+            outward = marks.directions(centre, pins[connector + i])[0]
+            normal = outward if shape.convex[touched] else -outward
+            yield side, force[i], centre + shape.radius[touched] * outward, normal
+    if link is not None and force[2] > 0:  # at the point of the link that is closest to the sprocket's centre
+        centre = drawing.sprocket_centre(rig)
+        along = float((centre - pins[link]) @ marks.polar(angles[link]))
+        foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
+        point = drawing.placed(foot, pins[link], angles[link])[0]
+        yield "ring", force[2], point, marks.directions(centre, point)[0]
 
 
 def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:

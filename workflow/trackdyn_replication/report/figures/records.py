@@ -15,7 +15,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import main_line
 from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, save, styled, upper_edge
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn_replication.paper.published import LOOP_GAP, SENSORS, lettered, peaks
+from trackdyn_replication.paper.published import LOOP_GAP, SENSORS, SPEEDS_RPM, peaks
 
 LEAST_GAP = 1e-17  # of nothing on a logarithmic axis; below the spacing of doubles near 1 m
 STRETCHES = 180  # parts of a record; the curve shows the largest gap in each
@@ -56,7 +56,8 @@ def main(job) -> None:
     for path, sensor, history, spectrum in zip_longest(inputs.recordings, sensors, out.histories, out.spectra):
         recording, record = load_recording(path), read_sensor(sensor, range_g=inf) if sensor else None
         rpm = recording.scene.motor_rpm
-        title = lettered(f"{rpm:g} rpm", rpm)
+        letter = f"({'abcd'[SPEEDS_RPM.index(rpm)]}) " if rpm in SPEEDS_RPM else ""  # of the paper's panel
+        title = f"{letter}{rpm:g} rpm"
         save(history_figure(recording, record, title, label), history)
         others = peaks(rpm)
         if rpm in rounded:

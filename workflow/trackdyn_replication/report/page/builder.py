@@ -48,11 +48,7 @@ def build_page(
     results: Path, synthetic: bool | None = True, layers: Sequence[str] = (), studies: Sequence[str] = (),
     short: str = "", tracks: Mapping[str, str] | None = None, teeth: int | None = None,
 ) -> str:  # fmt: skip
-    """Return the page as HTML, from the folder that the workflow wrote.
-
-    ``layers`` are configurations on top of the base, ``studies`` those of this run, ``tracks`` files of sampled tracks
-    by name, and a ``picture``; without them the rig is another one than the paper's, of which only the runs are shown.
-    """
+    """Return the page as HTML, for a rig without sampled ``tracks`` and their ``picture`` that of its runs only."""
     check_sources(recordings := sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter

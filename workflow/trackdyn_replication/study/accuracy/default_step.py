@@ -99,24 +99,21 @@ def _rounded_up(size: float) -> float:
 
 def default_step_text(rows: pd.DataFrame) -> str:
     """Return sentences on the largest `known_errors` of RMS and mean left peak, with and without a ring."""
-    bare = rows["ring_radius_m"].isna()
-    return "\n".join(_worst(rows[group], words) for group, words in ((~bare, RING), (bare, NONE)) if group.any())
-
-
-def _worst(rows: pd.DataFrame, rings: str) -> str:
-    known = known_errors(rows).set_index("measure")
-    parts = []
-    for words, column in (("RMS", "rms_g"), ("mean left peak", "left_peak_n")):
-        if column in known.index:
-            row = known.loc[[column]].sort_values("size").iloc[-1]
-            ring = "" if pd.isna(row["ring_radius_m"]) else f"{row['ring_radius_m']:.4g} m, "
-            size = f"{100 * row['size']:.2g} +- {100 * row['uncertainty']:.2g} %"
-            parts.append(f"{words} {size} ({row['rig']}, {ring}{row['rpm']:g} rpm)")
-    speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
-    return (
-        f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm have errors (+- "
-        f"standard error) of at most: {', '.join(parts)}."
-    )
+    sentences = []
+    for bare, group in rows.groupby(rows["ring_radius_m"].isna()):
+        known, parts = known_errors(group).set_index("measure"), []
+        for words, column in (("RMS", "rms_g"), ("mean left peak", "left_peak_n")):
+            if column in known.index:
+                row = known.loc[[column]].sort_values("size").iloc[-1]
+                ring = "" if pd.isna(row["ring_radius_m"]) else f"{row['ring_radius_m']:.4g} m, "
+                size = f"{100 * row['size']:.2g} +- {100 * row['uncertainty']:.2g} %"
+                parts.append(f"{words} {size} ({row['rig']}, {ring}{row['rpm']:g} rpm)")
+        speeds = ", ".join(f"{rpm:g}" for rpm in sorted(group["rpm"].unique()))
+        sentences.append(
+            f"The {group['rig'].nunique()} included rigs at their default steps, {NONE if bare else RING}, at {speeds} "
+            f"rpm have errors (+- standard error) of at most: {', '.join(parts)}."
+        )
+    return "\n".join(sentences)
 
 
 @run_job

@@ -38,7 +38,7 @@ def measure_setting(
             fields |= WITHOUT_RING.get(setting.removeprefix("preset="), {}) if radius is None else {}
             fields = steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields
             scene = Scene(rig.changed(**variant.rig), rpm, **fields)
-            measures, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
+            measures, wall, note = *_run(scene, rule, starts), ""
         except TrackdynError as error:
             measures, wall, note = {}, NAN, str(error)
         rows += [[name, setting, measure, measures.get(measure, NAN), wall, note] for measure in TOLERATED + ABSOLUTE]
@@ -48,19 +48,16 @@ def measure_setting(
 
 def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
     """Return statistics of a scene, and wall seconds per simulated second."""
+    if scene.chain == "belt":  # without a time loop: the cost is that of the whole record
+        seconds = round(BELT_TURNS / scene.periods.loop_hz, 1)
+        begin = time.perf_counter()
+        recording = simulate(scene.with_(duration=seconds))
+        return statistics_of(recording), (time.perf_counter() - begin) / seconds
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(scene.with_(every_link=True), rule, starts)
     loop = whole_loop(recording)
     measures = {name: loop[name].value for name in SENSED}
     return statistics_of(recording) | measures, recording.wall / (len(recording.time) / recording.rate)
-
-
-def _belt(scene: Scene) -> tuple[dict[str, float], float]:
-    """Return statistics of a belt, and its cost: that of the whole record, since it has no time loop."""
-    seconds = round(BELT_TURNS / scene.periods.loop_hz, 1)
-    begin = time.perf_counter()
-    recording = simulate(scene.with_(duration=seconds))
-    return statistics_of(recording), (time.perf_counter() - begin) / seconds
 
 
 def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:

@@ -1,8 +1,4 @@
-"""Accuracy against cost: work-precision data over fidelity, integrator and step.
-
-Errors are those of the statistics of a record of all links against their limit over the steps of one method. Cost is
-the CPU time of the process: other jobs may run at the same time.
-"""
+"""Accuracy against CPU time: work-precision data of the statistics of all links over fidelity, method and step."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 

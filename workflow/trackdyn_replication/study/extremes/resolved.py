@@ -1,8 +1,4 @@
-"""Short runs against a step four times smaller: errors of completed runs, and good runs that are refused.
-
-A scene is drawn from a seed and its number: a rig with odd stiffnesses, weights, frictions and tensions (`ODD`)
-at a speed, a length of 0.3 to 2 s and a fraction of the largest step that its settled loop allows.
-"""
+"""Short runs against a step four times smaller: errors of completed runs, and good runs that are refused."""
 
 import numpy as np
 import pandas as pd
@@ -105,11 +101,7 @@ def _run(loop: Loop, seconds: float, checked: bool):
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the outcome of short runs, one row.
-
-    ``resolved``, ``not_judged`` and ``not_resolved`` completed, by their own report; ``refused_good`` of ``good`` runs
-    within the bounds were refused; ``beyond`` are completed ones that are not within, by number and state.
-    """
+    """Return the outcome of short runs, one row; ``beyond`` are completed ones that are not within the bounds."""
     rows = rows[rows["family"] == FAMILY]
     tried = rows[rows["value"].notna()]
     good, refused = (tried["value"] <= RMS) & (tried["expected"] <= PEAKS), tried["outcome"] == REFUSED
