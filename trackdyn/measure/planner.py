@@ -189,10 +189,8 @@ class Plan(NamedTuple):
         """Return the setting of least work, of ``trial`` and finer ones, and the expected length of its record, s."""
         plans = []
         for other in self.tried[self.tried.index(trial) :]:
-            if other.refused or not other.error:
-                continue
-            margins = other.margins(self.tolerances)
-            if min(margins.values()) > 0:
+            margins = other.margins(self.tolerances) if other.error and not other.refused else {}
+            if min(margins.values(), default=0.0) > 0:
                 ratios = [mean.half_width / scale_of(name, mean.value) / margins[name] for name, mean in means.items()]
                 # an interval falls as one over the root of the length
                 growth = max(ratios) ** 2 if np.isfinite(ratios).all() else inf

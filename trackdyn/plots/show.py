@@ -120,7 +120,6 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         resolution=CONFIGURATION,
         measures=[{**dict([*row.items()][1:]), "name": row["name"]} for row in measures],  # a phone shows the first
         work=work,
-        seconds=recording.seconds,
         decisions=decisions,
         remarks=[*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)],
         stated=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],

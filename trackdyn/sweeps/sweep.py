@@ -67,8 +67,7 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
     read = cache(lambda path: load_rig(path).model_dump())
     if "rig" not in table.columns:
         read(rig)  # `InputError` if it cannot be used
-    columns = [table[name].tolist() for name in table.columns]
-    return [_row(dict(zip(table.columns, cells, strict=True)), rig, read) for cells in zip(*columns, strict=True)]
+    return [_row(cells, rig, read) for cells in table.to_dict("records")]
 
 
 def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepRow:
