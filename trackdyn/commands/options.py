@@ -138,6 +138,11 @@ Pitches = Annotated[list[int] | None, repeatable("--pitch", "PITCH", _PITCHES)]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default.")
 ]
+_PRESETS = ["fast", "standard", "paper", "reference"]
+_PRESET = "Bundle of choices: fast, standard, paper or reference; by default standard, or that of --tolerance."
+Preset = Annotated[str | None, typer.Option(metavar="NAME", autocompletion=lambda: _PRESETS, help=_PRESET)]
+_RATE = "Samples per second, Hz, such as your sensor's; the rig's by default. The step follows."
+Rate = Annotated[float | None, number("--rate", _RATE)]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
 RecordingFile = Annotated[

@@ -21,25 +21,13 @@ def simulate(
     lead_in: Annotated[
         float, options.number("--lead-in", "Time at constant speed before the record, s; after 1 s of start-up.")
     ] = 5.0,
-    preset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            autocompletion=lambda: ["fast", "standard", "paper", "reference"],
-            help="Bundle of choices: fast, standard, paper or reference; by default standard, or that of --tolerance.",
-        ),
-    ] = None,
+    preset: options.Preset = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
     tolerance: options.Tolerance = None,
     measure: options.Measures = None,
     longest: options.LongestRun = 60.0,
-    rate: Annotated[
-        float | None,
-        options.number(
-            "--rate", "Samples per second, Hz, such as your sensor's; the rig's by default. The step follows."
-        ),
-    ] = None,
+    rate: options.Rate = None,
     pitch: options.Pitches = None,
     quiet: options.Quiet = False,
 ) -> None:

@@ -27,29 +27,23 @@ def _parse_wear(text: str | float) -> float:
     return options.parse_quantity("--wear", text, {"mm": 1e-3, "m": 1.0}, accepted)
 
 
+_LOADS = "Loads on the chain, N or kN, such as 0,3kN; the rig's, usually none."
+_RADII = "Radii, m: low:high:count or a,b,c; eleven of the rig by default."
+_STEPS = "Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."
+_FORCE = "Allowed force of a tooth over that without a ring."
+_WEAR = "Wear that the ring must allow, such as 2mm."
+_STORE = "Folder of stored rows; the results' name with .rows by default."
+
+
 def ring(
     rig: options.RigArgument,
     rpm: Annotated[str, typer.Option("--rpm", metavar="SPEEDS", help="Motor speeds, rev/min, such as 115,210.")],
     out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder for the results.")] = Path("ring"),
-    load: Annotated[
-        str | None,
-        typer.Option(metavar="FORCES", help="Loads on the chain, N or kN, such as 0,3kN; the rig's, usually none."),
-    ] = None,
-    radii: Annotated[
-        str | None,
-        typer.Option(metavar="RADII", help="Radii, m: low:high:count or a,b,c; eleven of the rig by default."),
-    ] = None,
-    step: Annotated[
-        str | None,
-        typer.Option(metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."),
-    ] = None,
-    tooth_force: Annotated[
-        float,
-        options.share("--tooth-force", "0.5 or 50%", "Allowed force of a tooth over that without a ring.", whole=True),
-    ] = 0.5,
-    wear: Annotated[
-        float, options.parsed("--wear", _parse_wear, "LENGTH", "Wear that the ring must allow, such as 2mm.")
-    ] = 0.0,
+    load: Annotated[str | None, typer.Option(metavar="FORCES", help=_LOADS)] = None,
+    radii: Annotated[str | None, typer.Option(metavar="RADII", help=_RADII)] = None,
+    step: Annotated[str | None, typer.Option(metavar="STEPS", help=_STEPS)] = None,
+    tooth_force: Annotated[float, options.share("--tooth-force", "0.5 or 50%", _FORCE, whole=True)] = 0.5,
+    wear: Annotated[float, options.parsed("--wear", _parse_wear, "LENGTH", _WEAR)] = 0.0,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -196,10 +190,7 @@ def sweep(
     out: Annotated[Path, options.file_option("--out", "Results to write: a row per scene", ".csv")],
     rig: options.RigName = options.DEFAULT_RIG,
     jobs: options.Jobs = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Folder of stored rows; the results' name with .rows by default."),
-    ] = None,
+    store: Annotated[Path | None, typer.Option(metavar="FOLDER", help=_STORE)] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:

@@ -127,9 +127,8 @@ def passages(recording: Recording) -> "pd.DataFrame":
     """Return complete passages: one row per passage and side, with or without contact, in order of first contact.
 
     Columns are ``PASSAGE_COLUMNS``: those of `contacts`, and their ``count``. Sums, the largest force ``peak_n`` and
-    its time ``highest_s`` are of all contacts; ``start_s``, ``end_s`` and ``peak_s``, the time of the largest force
-    among them, are of lasting contacts, as the paper prints times. Without contact sums and ``peak_n`` are 0, times and
-    phases NaN.
+    its time ``highest_s`` are of all contacts (0 without any, times NaN); ``start_s``, ``end_s`` and ``peak_s``, the
+    time of the largest force among them, are of lasting contacts, as the paper prints times.
     """
     import pandas as pd
 
