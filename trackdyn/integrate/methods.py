@@ -20,18 +20,14 @@ class Method(NamedTuple):
     # nothing explicit can diverge
     oscillation: float
     decay: float
-    tableau: Tableau | None = None  # explicit Runge-Kutta method; None: the step of `integrate.semi_implicit`
+    # explicit Runge-Kutta method; None: the step of `integrate.semi_implicit`, bushing damping implicit in the sweep
+    tableau: Tableau | None = None
     linearly_implicit: bool = False  # whether the sweep includes slopes of the contacts
 
     @property
     def staggered(self) -> bool:
         """Return whether velocities belong to the middle of a step and forces to its ends."""
         return self.tableau is None and not self.linearly_implicit
-
-    @property
-    def implicit_damping(self) -> bool:
-        """Return whether bushing damping and a compliant cut are implicit in the sweep."""
-        return self.tableau is None
 
 
 # Classical Runge-Kutta method: Kutta, Z. Math. Phys. 46 (1901).

@@ -264,15 +264,14 @@ def suspensions_of(rows: list[dict], wheels: int) -> constants.Suspensions:
     return constants.Suspensions(**columns)
 
 
-def preloads(rig: Rig, suspensions: constants.Suspensions, work: Work, q: np.ndarray) -> np.ndarray:
-    """Return (k,) preloads that balance the chain with the suspensions at ``q``, or the rig's own."""
+def preloads(rig: Rig, suspensions: constants.Suspensions, work: Work) -> np.ndarray:
+    """Return (k,) preloads that balance the chain with the suspensions at rest, or the rig's own."""
     names, forces = wheel_names(rig), np.zeros(len(suspensions.wheel))
     for k, wheel in enumerate(suspensions.wheel):
         suspension = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].suspension
-        tx, ty = along(suspensions, k, float(q[k]))
-        fx, fy = chain_force(work, wheel)
+        (tx, ty), (fx, fy) = along(suspensions, k, 0.0), chain_force(work, wheel)
         if suspension is None or suspension.preload is None:
-            forces[k] = suspensions.stiffness[k] * q[k] - (tx * fx + ty * fy) + suspensions.weight[k] * ty
+            forces[k] = suspensions.weight[k] * ty - (tx * fx + ty * fy)
         else:
             slid = 0.0 if isinstance(suspension, Arm) else suspension.mass * rig.gravity * ty
             forces[k] = suspension.preload - slid

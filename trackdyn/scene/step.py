@@ -174,12 +174,12 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         # Maxwell elements are stiffest when they have no time to relax
         stiffness = chain.stiffness + float(model.maxwell.stiffness.sum())
         limits["stiffness of the bushing"] = oscillation * sqrt(float(min(chain.inertia)) / (4 * stiffness))
-    if chain.damping and not method.implicit_damping:
+    if chain.damping and method.tableau is not None:
         # links and connectors in zigzag, their mass centres at rest: both share the motion of the pin between them
         (a, b), (first, second) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
         mobility = 2 * (a + b) ** 2 / (first * b**2 + second * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
-    if closure.compliant and not method.implicit_damping:
+    if closure.compliant and method.tableau is not None:
         # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
         mobility = sum(_yield_at_end(chain, i) for i in (0, -1))
         limits["stiffness of the cut (closure)"] = oscillation / sqrt(closure.stiffness * mobility)

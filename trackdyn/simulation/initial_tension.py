@@ -177,10 +177,9 @@ class TensionedLoop:
         """Release the suspended wheels; springs without a preload in the rig hold them where they are."""
         rig = self.scene.rig
         suspensions = make_suspensions(rig, self.model, self.scene.tension, self.shift)
-        slide = np.zeros(len(suspensions.wheel))
-        suspensions = suspensions._replace(preload=preloads(rig, suspensions, self.work, slide))
+        suspensions = suspensions._replace(preload=preloads(rig, suspensions, self.work))
         self.model = self.model._replace(suspensions=suspensions)
-        self.state = self.state._replace(suspension=np.zeros(len(slide), SUSPENSION))
+        self.state = self.state._replace(suspension=np.zeros(len(suspensions.wheel), SUSPENSION))
         vars(self).pop("_samples", None)
         self.rest(0.4)
 

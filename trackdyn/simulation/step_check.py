@@ -240,9 +240,6 @@ class StepCheck:
             advice = f"compare with a step smaller than {self.step:g} s"
             return Resolution(NO, share, f"contacts are hardly resolved: {reason}; {advice}")
         if not reason and not alternating.enough(LEAST_PITCHES):
-            return Resolution(
-                OPEN, share,
-                f"{alternating.pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts are "
-                f"resolved; {LEAST_PITCHES:g} are needed",
-            )  # fmt: skip
+            few = f"{alternating.pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts"
+            return Resolution(OPEN, share, f"{few} are resolved; {LEAST_PITCHES:g} are needed")
         return Resolution(YES, share)
