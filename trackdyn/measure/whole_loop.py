@@ -7,7 +7,7 @@ the correlation between links does not matter, and the means of successive passa
 scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from functools import partial
 from itertools import pairwise
 
@@ -69,9 +69,9 @@ class Links:
         self.number = np.arange(len(self.edges) - 1)
         self.high_passed = partial(high_passed, rate_hz=recording.rate)
 
-    def series(self, values: np.ndarray, root: bool = False, statistic: Callable = np.mean) -> Series:
-        """Return the series of a statistic of ``values`` (s, ...) over passages; ``root``: the measure is its root."""
-        return Series(np.array([statistic(values[a:b]) for a, b in pairwise(self.edges)]), self.number, root)
+    def series(self, values: np.ndarray, root: bool = False) -> Series:
+        """Return the series of the mean of ``values`` (s, ...) over passages; ``root``: the measure is its root."""
+        return Series(np.array([values[a:b].mean() for a, b in pairwise(self.edges)]), self.number, root)
 
     def sd(self) -> Series:
         """Return the series of the standard deviation from the mean of the whole record, g."""
@@ -112,12 +112,11 @@ def series(recording: Recording, names: Collection[str] = TOLERATED) -> dict[str
 
 def work_series(recording: Recording) -> dict[str, Series]:
     """Return the measures of `work_measures` by passage; empty without a whole passage."""
-    turn = recording.periods.turn
+    turn, teeth = recording.periods.turn, recording.scene.rig.sprocket.teeth
     work = {"teeth_sliding_j": (TOOTH_FRICTION, 1), "ring_sliding_j": (RING_FRICTION, 1),
             "motor_power_w": (SPROCKET_WORK, 1 / turn)}  # fmt: skip
     edges = passage_edges(recording, required=False)
     rows = recording.energy[edges[edges < len(recording.energy)]]
-    teeth = recording.scene.rig.sprocket.teeth
     measures = {name: teeth * factor * np.diff(rows[:, entry]) for name, (entry, factor) in work.items()}
     return {name: Series(values, np.arange(len(values))) for name, values in measures.items()}
 
