@@ -49,8 +49,7 @@ class _Commands(typer.core.TyperGroup):
     def format_commands(self, ctx: typer.Context, formatter: Any) -> None:
         own = {command.__name__ for command in COMMANDS}
         for title, names in (("Commands", own), ("Commands for developers", self.commands.keys() - own)):
-            rows = [(name, each.get_short_help_str(100)) for name, each in self.commands.items() if name in names]
-            if rows:
+            if rows := [(key, each.get_short_help_str(100)) for key, each in self.commands.items() if key in names]:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 

@@ -124,13 +124,13 @@ def quiet_from(study: pd.DataFrame, value: str) -> float | None:
 def _panels(study, columns, unit: str, title: str, marks: Mapping[str, float]) -> tuple[Figure, Axes, list[float]]:
     """Draw a panel for each entry of ``columns``, with a curve for each speed; return the first one and the radii."""
     radii = sorted(study["ring_radius_m"].dropna().unique())
-    gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
-    gap = gaps.min() if len(gaps) else 0.001
-    none = (radii[0] if radii else 0.0) - 1.5 * (np.median(gaps) if len(gaps) else gap)
+    gaps = np.diff(radii) if len(radii) > 1 else np.array([0.001])
+    digits = 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
+    none = (radii[0] if radii else 0.0) - 1.5 * np.median(gaps)
     with_none = bool(study["ring_radius_m"].isna().any())
     series = _series(study)
     # errors of neighbouring series shall not hide each other
-    spread = 0.06 * gap * (np.arange(len(series)) - 0.5 * (len(series) - 1))
+    spread = 0.06 * gaps.min() * (np.arange(len(series)) - 0.5 * (len(series) - 1))
     figure = new_figure(5.0, COLUMN)
     axes = figure.subplots(len(columns), 1, sharex=True)
     lines = list[str]()  # below the legend: text in a panel covers data
