@@ -17,14 +17,11 @@ from trackdyn.simulation.settling import SettledLoops
 
 GROWTH = 1.1  # factor by which a record grows between two judgements
 Judged = TypeVar("Judged")
+Judge = Callable[[Recording], tuple[Judged, bool]]  # returns a judgement, and True if measures have converged
 
 
 def record_until(
-    recorder: Recorder,
-    first: float,
-    judge: Callable[[Recording], tuple[Judged, bool]],
-    growth: float = GROWTH,
-    last: float = inf,
+    recorder: Recorder, first: float, judge: Judge[Judged], growth: float = GROWTH, last: float = inf
 ) -> tuple[Judged, bool]:
     """Record until ``judge`` returns convergence, for ``last`` seconds, or to the end; return its last judgement.
 

@@ -49,9 +49,9 @@ def ring_study(
     refused or diverges is in its row.
     """
     requested = study_radii(rig) if radii is None else sorted(set(radii))
-    radii, high = list(requested), Scene.ring_range(rig)[1]
+    radii, (low, high) = list(requested), Scene.ring_range(rig)
     rpms, pulls = sorted(set(speeds)), [rig.load] if loads is None else sorted(set(loads))
-    if rule and radii and radii[-1] < (least := least_ring(rig)) and radii[0] >= Scene.ring_range(rig)[0]:
+    if rule and radii and radii[-1] < (least := least_ring(rig)) and radii[0] >= low:
         remedy = f"a ring carries the chain from {least:.5g} m on; give larger radii"
         raise InputError(f"radii: the largest, {radii[-1]:.5g} m, carries nothing: {remedy}")
 
