@@ -109,8 +109,8 @@ def refused(call, *arguments, words=(), start="", match=None, error=InputError, 
     return sentence
 
 
-def written(path, text):
-    path.write_text(text, encoding="utf-8")
+def written(path, content):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
     return path
 
 

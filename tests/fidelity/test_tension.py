@@ -7,7 +7,7 @@ import pytest
 
 from laboratory.plausible.unknowns import file_ranges
 from tests.conftest import recorded, refused
-from tests.layouts import random_rig
+from tests.rigs.test_layouts import random_rig
 from trackdyn import InputError, Loop, Scene, load_rig, simulate
 from trackdyn.integrate.suspensions import chain_force
 from trackdyn.model.arrays import BEARING

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from tests import conftest
+from tests.conftest import written
 from trackdyn.fieldtest import text_file
 from trackdyn.fieldtest.logger_text import NUMBER
 from trackdyn.fieldtest.sensor_csv import read_sensor
@@ -24,11 +25,6 @@ def changed(number, text):
     lines = [HEADER, *rows()]
     lines[number - 1] = text
     return "\n".join(lines) + "\n"
-
-
-def write(path, content):
-    path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
-    return path
 
 
 CLEAN = "\n".join([HEADER, *rows()]) + "\n"
@@ -148,18 +144,18 @@ def refused(path, words, **options):
 @pytest.mark.parametrize("name", DEFECTS)
 def test_defect_is_refused_in_one_sentence(name, tmp_path):
     content, words, *options = DEFECTS[name]
-    refused(write(tmp_path / "record.csv", content), words, mapping=load_mapping(**dict(*options)))
+    refused(written(tmp_path / "record.csv", content), words, mapping=load_mapping(**dict(*options)))
 
 
 @pytest.mark.parametrize(("name", "line"), [("text", 5), ("gap", 5), ("truncated last line", 7)])
 def test_line_numbers_count_comments_and_survive_foreign_newlines(name, line, tmp_path):
     content = "# made by hand\n# for a test\n" + DEFECTS[name][0]
     for text in (content, content.replace("\n", "\r\n")):
-        refused(write(tmp_path / "record.csv", text), [f"line {line + 2}"])
+        refused(written(tmp_path / "record.csv", text), [f"line {line + 2}"])
 
 
 def test_senseless_options_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
-    path = write(tmp_path / "record.csv", CLEAN)
+    path = written(tmp_path / "record.csv", CLEAN)
     for options in ({"range_g": -1.0}, {"gravity": np.nan}):
         refused(path, list(options), **options)
     monkeypatch.setattr(text_file, "MAX_TEXT_BYTES", 100)
@@ -190,14 +186,14 @@ def test_senseless_options_and_a_large_file_are_refused_at_once(tmp_path, monkey
     CLEAN.replace("0.1000", "1e-1").replace("-0.2000", "-.2"),
 ])  # fmt: skip
 def test_harmless_variants_are_read(content, tmp_path):
-    record = read_sensor(write(tmp_path / "record.csv", content))
+    record = read_sensor(written(tmp_path / "record.csv", content))
     np.testing.assert_array_equal(record.time, np.arange(6) / 1000)
     np.testing.assert_allclose([record.ax, record.ay, record.az], [[0.1] * 6, AY, [-0.2] * 6], rtol=1e-15)
     assert (record.rate, record.clipped, record.path) == (1000.0, 0, tmp_path / "record.csv")
 
 
 def test_columns_are_chosen_with_a_sign(tmp_path):
-    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER, "Clock,ch1,ch2 (g),ch3 (m/s2)"))
+    path = written(tmp_path / "record.csv", CLEAN.replace(HEADER, "Clock,ch1,ch2 (g),ch3 (m/s2)"))
     mapping = SensorMapping(time="clock", axes={"ay": "-CH2", "az": "ch3 (m/s2)"})
     record = read_sensor(path, mapping)
     np.testing.assert_array_equal(-record.ay, AY)
@@ -214,7 +210,7 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     record = read_sensor(path, mapping.model_copy(update={"unit": "m/s2"}))
     np.testing.assert_allclose(record.ay[:2] * 9.81, [-1.0, -1.01])
     assert "ay = -column 3 'ch2 (g)' in m/s2 as stated, not in g as in the file" in record.done["columns"]
-    record = read_sensor(write(path, CLEAN.replace("ay_g", "ay (mV)")), SensorMapping(scale=100))
+    record = read_sensor(written(path, CLEAN.replace("ay_g", "ay (mV)")), SensorMapping(scale=100))
     np.testing.assert_allclose(record.ay[:2], [0.01, 0.0101])
     np.testing.assert_array_equal(record.az, -0.2)  # its header states g, and no option another unit of az
     assert "in counts of 1/100 g as stated, not in mv as in the file" in record.done["columns"]
@@ -280,7 +276,7 @@ FORMS = {
 @pytest.mark.parametrize("name", FORMS)
 def test_other_forms_are_read(name, tmp_path):
     text, options, *words = FORMS[name]
-    record = read_sensor(write(tmp_path / "record.csv", text), load_mapping(**options))
+    record = read_sensor(written(tmp_path / "record.csv", text), load_mapping(**options))
     np.testing.assert_allclose(record.ay, AY, atol=0.5 / 68 if "zero" in name else 1e-6)
     assert record.rate == pytest.approx(1000)
     notes = "; ".join(record.done.values())
@@ -290,7 +286,7 @@ def test_other_forms_are_read(name, tmp_path):
 def stamped(path, t, decimals=None):
     """A file whose ay is a sine of 7 Hz at the true times, with stamps of some decimals or in single precision."""
     text = [str(x) for x in t.astype(np.float32)] if decimals is None else [f"{x:.{decimals}f}" for x in t]
-    return write(path, each(t.size, lambda k: f"{text[k]},{np.sin(2 * np.pi * 7 * t[k]):.6f}", "t_s,ay_g"))
+    return written(path, each(t.size, lambda k: f"{text[k]},{np.sin(2 * np.pi * 7 * t[k]):.6f}", "t_s,ay_g"))
 
 
 @pytest.mark.parametrize(("rate", "start", "decimals"), [
@@ -323,14 +319,14 @@ def test_jitter_is_resampled_on_request_and_its_size_noted(tmp_path):
     ("zero: {a: 1.0}", ("zero",)), ("zero: .inf", ("zero",)), ("axes: {ay: #3}\nunit: g", ("line", '"#3"')),
 ])  # fmt: skip
 def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
-    path = write(tmp_path / "logger.yaml", text + "\n")
+    path = written(tmp_path / "logger.yaml", text + "\n")
     conftest.refused(load_mapping, path, words=words, start=path)
 
 
 @pytest.mark.parametrize("options", [{"scale": 2048}, {"range": 16, "bits": 16}])
 def test_raw_counts_are_read(options, tmp_path):
     header = "t_s,ax,ay,az" if "scale" in options else "t_s,ax,ay [LSB],az (g)"
-    path = write(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))
+    path = written(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))
     record = read_sensor(path, load_mapping(**options))
     np.testing.assert_allclose(record.ay, [1, -0.5, 32767 / 2048, -16, 0])
     assert "counts of 1/2048 g" in record.done["columns"] and record.clipped == (2 if "bits" in options else 0)
@@ -360,12 +356,12 @@ def test_dates_of_any_form_are_stamps(name, tmp_path):
     form, begin = STAMPS[name]
     t = np.datetime64(begin) + np.arange(6000).astype("m8[ms]")
     texts = [stamp.item().strftime(form.replace("%f", f"{k % 1000:03d}")) for k, stamp in enumerate(t)]
-    path = write(tmp_path / "record.csv", each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
+    path = written(tmp_path / "record.csv", each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
     record = read_sensor(path)
     assert record.rate == pytest.approx(1000.0, rel=1e-9) and record.ay.size == 6000
     assert record.done["time"].startswith("column 1 'Time' in s, to ")
     texts[4] = "x" + texts[4]
-    path = write(path, each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
+    path = written(path, each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
     refused(path, ["Time in line 6", "date and time"])
 
 
@@ -387,7 +383,7 @@ def holed(missing, mark="NaN"):
 @pytest.mark.parametrize("mark", ["NaN", "", "OVLD", "\N{INFINITY}"])
 @pytest.mark.parametrize("missing", [[3, 4, 5, 900], list(range(1500, 1510))])
 def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
-    path = write(tmp_path / "record.csv", holed(missing, mark))
+    path = written(tmp_path / "record.csv", holed(missing, mark))
     refused(path, [mark, "gaps: longest"])
     record = read_sensor(path, SensorMapping(gaps="bridge"))
     np.testing.assert_allclose(record.ay, 1 + 0.5 * np.sin(0.02 * np.arange(2000)), atol=1e-3)
@@ -403,7 +399,7 @@ def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
 
 @pytest.mark.parametrize("missing", [range(1500, 1511), range(0, 2000, 60)])
 def test_too_much_is_not_bridged(missing, tmp_path):
-    path = write(tmp_path / "record.csv", holed(missing))
+    path = written(tmp_path / "record.csv", holed(missing))
     refused(path, ["at most 10 in a row and 1% are bridged", "gaps: longest"], mapping=SensorMapping(gaps="bridge"))
     assert read_sensor(path, SensorMapping(gaps="longest")).ay.size >= 59
 
@@ -422,7 +418,7 @@ def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
 def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
     header = f"time{f' ({unit})' * named},ay_g"
     text = each(40, lambda k: f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}", header)
-    assert read_sensor(write(tmp_path / "record.csv", text)).rate == pytest.approx(rate, rel=1e-3)
+    assert read_sensor(written(tmp_path / "record.csv", text)).rate == pytest.approx(rate, rel=1e-3)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2)])
@@ -444,7 +440,9 @@ def test_a_saturated_record_has_a_doubt(low, high, levels):
 @pytest.mark.parametrize("character", ["1", "_", " ", "(", "1.", "a_", "- "])
 def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path):
     """Where time grew with the square of the length, these did not end within minutes."""
-    refused(write(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"])
+    refused(
+        written(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"]
+    )
     long = character * 200_000 + "x"
     assert _column(0, long, "").position == 0 and not any(form.fullmatch(long) for form in NUMBER.values())
     assert not rig_file.QUANTITY.fullmatch(long)
@@ -461,7 +459,7 @@ def test_a_step_of_more_than_two_and_a_half_intervals_is_a_gap(late, gap):
 def test_points_that_may_group_thousands_are_asked_about(largest, asked, tmp_path):
     """Among whole numbers, and without a number between 0 and 1, up to a thousand: 1.234 may be 1234."""
     values, mapping = ("1.234", "7", largest, "2.345"), SensorMapping(unit="m/s2", range=1000.0)
-    path = write(tmp_path / "a.csv", each(200, lambda k: f"{k / 100:.2f},{values[k % 4]}", "t_s,ay"))
+    path = written(tmp_path / "a.csv", each(200, lambda k: f"{k / 100:.2f},{values[k % 4]}", "t_s,ay"))
     if asked:
         refused(path, ["decimals or thousands"], mapping=mapping)
     else:

@@ -1,7 +1,8 @@
-"""Recordings, rigs and scenes cannot be changed."""
+"""Recordings, rigs, scenes and the arrays of a loop cannot be changed; one thread steps a loop."""
 
 import copy
 import pickle
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from tests.conftest import refused
 from trackdyn import Rig, Scene, load_recording, load_rig
+from trackdyn.simulation.loop_arrays import flatten
 
 
 @pytest.mark.parametrize("change", [lambda loaded: loaded, copy.copy, replace, lambda loaded: loaded.with_sensor(0)])
@@ -63,3 +65,34 @@ def test_an_assignment_is_refused_with_a_remedy(rig):
         refused(call, words=words)
     assert rig.model_copy(update={"gravity": 1.62}).gravity == 1.62 and rig.model_copy() == rig
     assert scene.model_copy(update={"motor_rpm": 120.0}) == Scene(rig, 120.0)
+
+
+def test_arrays_of_a_loop_are_read_only(driven_loop):
+    """Kernels look up places unchecked: every array that a loop shows."""
+    loop = driven_loop()
+    for name in ("model", "state", "work"):
+        for array in flatten(getattr(loop, name)).values():
+            if array.ndim and array.size:
+                with pytest.raises(ValueError, match="read-only"):
+                    array[...] = array
+        with pytest.raises(AttributeError):
+            setattr(loop, name, getattr(loop, name))
+
+
+def test_a_second_thread_is_refused_and_the_first_one_goes_on(driven_loop):
+    loop, undisturbed, inside, go_on = driven_loop(), driven_loop(), threading.Event(), threading.Event()
+
+    def tick(seconds):
+        inside.set()
+        assert go_on.wait(60)
+
+    first = threading.Thread(target=lambda: loop.advance(0.6, tick))
+    first.start()
+    assert inside.wait(60)
+    for call in (loop.step, lambda: loop.advance(0.1), lambda: loop.record(0.1)):
+        refused(call, match="another thread steps this loop; give each thread a copy")
+    go_on.set()
+    first.join(60)
+    undisturbed.advance(0.6)
+    np.testing.assert_array_equal(loop.pins, undisturbed.pins)
+    loop.step()  # free again

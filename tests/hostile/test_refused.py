@@ -173,13 +173,11 @@ SETTINGS = [
 ]
 
 
-def write(content):
-    (path := Path("mine.yaml")).write_bytes(content)
-    return path
+MINE = Path("mine.yaml")
 
 
 def rig_file(changes):
-    return write(yaml.safe_dump(yaml.safe_load(shipped_rigs()["paper"].read_bytes()) | changes).encode())
+    return written(MINE, yaml.safe_dump(yaml.safe_load(shipped_rigs()["paper"].read_bytes()) | changes))
 
 
 def configured(key, value):
@@ -197,8 +195,8 @@ TABLES = {
     "rig file": (lambda rig, changes: load_rig(rig_file(changes)), "mine.yaml: ", RIG_FILES),
     "scene": (lambda rig, fields: Scene(**{"rig": rig, "motor_rpm": 115.0} | fields), "scene: ", SCENES),
     "loop": (lambda rig, call: call(unsettled_loop(Scene(rig, 0.0, ring_radius=None))), "", LOOPS),
-    "YAML file": (lambda rig, content: load_rig(write(content)), "mine.yaml: ", YAML_FILES),
-    "layer": (lambda rig, content: read_layer(write(content)), "mine.yaml: ", YAML_FILES),
+    "YAML file": (lambda rig, content: load_rig(written(MINE, content)), "mine.yaml: ", YAML_FILES),
+    "layer": (lambda rig, content: read_layer(written(MINE, content)), "mine.yaml: ", YAML_FILES),
     "configuration": (lambda rig, setting: configured(*setting), "", [(row[:2], *row[2:]) for row in SETTINGS]),
 }
 ROWS = [(table, *row) for table, (_, _, rows) in TABLES.items() for row in rows]
