@@ -30,10 +30,6 @@ def random_body(rng, omega):
     return matrix, mass, points, r_ic, r_io, force, moment
 
 
-def random_input(rng):
-    return np.append(rng.normal(0.0, 10.0, 12), 1.0)
-
-
 def split(state):
     assert state[12] == 1.0
     return np.split(state[:12], 4)
@@ -45,7 +41,7 @@ def test_body_balances_the_momentum_of_its_particles(seed):
     rng = np.random.default_rng(seed)
     omega = rng.normal(0.0, 3.0, 3)
     matrix, mass, points, r_ic, r_io, force, moment = random_body(rng, omega)
-    state = random_input(rng)
+    state = np.append(rng.normal(0.0, 10.0, 12), 1.0)
     acc, spin, m_in, q_in = split(state)
     acc_out, spin_out, m_out, q_out = split(matrix @ state)
 
@@ -69,7 +65,7 @@ def test_joint_passes_loads_and_turns_about_its_axis_only(seed):
     axis, axis_next = frame @ Z, random_rotation(rng) @ Z
     spin, rate, torque = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 4.0), rng.normal(0.0, 5.0)
     body, zeta = random_body(rng, spin + axis * rate)[0], np.cross(spin, axis) * rate
-    state = random_input(rng)
+    state = np.append(rng.normal(0.0, 10.0, 12), 1.0)
     out = product.joint_matrix(body, axis, axis_next, zeta, torque) @ state
     for k in (0, 2, 3):
         assert (split(out)[k] == split(state)[k]).all(), "position, moment and force are the same on both sides"

@@ -29,10 +29,10 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
     assert difference[2] < 0.02 * np.sqrt(np.mean(rigid.mean[:, :2] ** 2))
 
 
-def open_loop(rig, integrator, **changes):
+def open_loop(rig, integrator):
     small = rig.changed(
         chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05,
-        closure__stiffness=1e5, closure__damping=200.0, **changes,
+        closure__stiffness=1e5, closure__damping=200.0,
     )  # fmt: skip
     scene = Scene(small, 300.0, ring_radius=None, closure="elastic_damping", step=1e-5, integrator=integrator)
     loop = spinning_loop(scene)

@@ -71,10 +71,9 @@ def test_the_motor_gives_the_load_times_the_speed_of_the_chain(bench):
     assert added[0] > braked  # friction and rubber take more under load
 
 
-METHODS = {"integrator": "linearly_implicit"}, {"integrator": "rk4"}, {"space": "spatial"}, {"tension": "sprung"}
-
-
-@pytest.mark.parametrize("method", METHODS, ids=str)
+@pytest.mark.parametrize("method", [
+    {"integrator": "linearly_implicit"}, {"integrator": "rk4"}, {"space": "spatial"}, {"tension": "sprung"},
+], ids=str)  # fmt: skip
 def test_every_method_brakes(bench, method):
     """The brake takes its torque times the turn of its wheel, but for a tenth of a radian in which it comes up."""
     loop = Loop(scene_of(bench, load=LOAD, **LAWS | method))

@@ -62,15 +62,11 @@ def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     assert state.work_done[BEARING] == pytest.approx(0.5 * inertia * (first**2 - rates[-1] ** 2), rel=1e-9)
 
 
-def passing_time(rig):
-    return 60 / (SPROCKET_RPM * rig.sprocket.teeth)
-
-
 def tensions(rig, **fields):
     """Return mean tensions of both strands (N), load (N) and rate (rad/s) of the idler over six pitches."""
     loop, rows = Loop(scene_of(rig, **LAWS, **fields)), []
     loop.advance(1.5)
-    for _ in range(round(6 * passing_time(rig) / loop.model.step / 5)):
+    for _ in range(round(6 * loop.scene.periods.passage / loop.model.step / 5)):
         loop.step(5)
         force, ends = np.hypot(*loop.joint_forces.T), loop.pins[1:]
         middle = np.abs(ends[:, 0] - loop.model.wheels.x[IDLER] / 2) < 0.12
@@ -86,7 +82,8 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     added = (upper - lower) - (without[0] - without[1])
     assert added > 400.0
     # strands swing by some newtons between the pitches of the mean, and other losses change with T
-    assert added == pytest.approx(ARM * load * rate * passing_time(bench) / bench.pitch, rel=0.01)
+    speed = SPROCKET_RPM / 60 * bench.sprocket.teeth * bench.pitch
+    assert added == pytest.approx(ARM * load * rate / speed, rel=0.01)
     # the radius of the middle of the links, of a polygon around the wheel
     radius = bench.wheels["idler"].radius + bench.chain.link_thickness / 2
     assert added == pytest.approx(ARM * load / radius, rel=0.02)

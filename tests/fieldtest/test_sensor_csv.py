@@ -216,7 +216,6 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     assert "in counts of 1/100 g as stated, not in mv as in the file" in record.done["columns"]
 
 
-CLEAR = BARE.replace(",", ";").replace(".", ",")
 LEVELS = each(6, lambda k: f"{k},{512 + round(68 * (1 + 0.01 * k))},{500 + k}")
 MONITOR = each(6, lambda k: f"10:00:00.{k:03d} -> {1 + k / 100},{k}")
 UNITS = {
@@ -232,7 +231,7 @@ FORMS = {
     "a row that holds the numbers": (BARE.replace("0.1000", "3", 4), by("1", "3"), "column 3 in g, first value 1"),
     "sequence numbers": (each(6, lambda k: f"{k},{3 - k},{1 + 0.01 * k:.2f}"), by("1", "3", rate=1e3)),
     "exponents": (each(6, lambda k: f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}"), by("1", "3")),
-    "blanks and decimal commas": (CLEAR.replace(";", " "), by("1", "3")),
+    "blanks and decimal commas": (BARE.replace(",", " ").replace(".", ","), by("1", "3")),
     "dates": (DATED, by("1", "3")),
     # no time, though temps is one in French
     "temperature": (each(6, lambda k: f"{1 + k / 100},{20 + k}", "ay_g,TempSensor"), {"rate": 1000}, "rows counted"),

@@ -22,18 +22,15 @@ def test_recorded_arrays_are_read_only(belt_file, change):
         recording.mean[:] = 0
 
 
-CHANGES = {
+@pytest.mark.parametrize(("change", "arguments"), {
     "update": [{"idler": 1}], "__setitem__": ["idler", 1], "clear": [], "pop": ["idler"], "popitem": [],
     "setdefault": ["x", 1], "__delitem__": ["idler"], "__ior__": [{"x": 1}],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_arrays_and_dictionaries_of_rigs_and_scenes_are_frozen(rig, change):
+}.items())  # fmt: skip
+def test_arrays_and_dictionaries_of_rigs_and_scenes_are_frozen(rig, change, arguments):
     scene, before = Scene(rig, 115.0), rig.model_dump_json()
     own = (getattr(rig, name) for name in ("wheels", "surfaces", "sensors", "fields", "equal_pitch_radii"))
     for dictionary in (*own, scene.sensors, scene.fidelity, scene.rig.wheels):
-        refused(getattr(dictionary, change), *CHANGES[change], words=["cannot be changed"])
+        refused(getattr(dictionary, change), *arguments, words=["cannot be changed"])
     assert rig.model_dump_json() == before
     for array in (rig.groove_profile.radius, rig.groove_profile.centre):
         with pytest.raises(ValueError, match="read-only"):

@@ -8,18 +8,19 @@ from tests.kinematics import closed_rates, spinning_loop
 from trackdyn.chain.kinematics import add_maxwell_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import BUSHING_LOSS, ENERGY_NAMES, make_optional, make_state, make_work
+from trackdyn.model.arrays import make_optional, make_state, make_work
 from trackdyn.scene.scene import Scene
 
 PITCHES = 5
 # long enough for the loop to change its shape by a third of a radian, short enough to stay smooth
 SECONDS = 0.2
-LOSS = ENERGY_NAMES[BUSHING_LOSS]
 
 
 def packed(loop):
     state = loop.state
-    return np.concatenate([state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), [loop.energy[LOSS]]])
+    return np.concatenate(
+        [state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), [loop.energy["bushing_loss"]]]
+    )
 
 
 def derivative(model):

@@ -9,17 +9,13 @@ from trackdyn.rig.rig import outside_ranges, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
 
 
-@pytest.fixture(scope="module")
-def table():
-    return parameter_table(shipped_rigs()["parts"]).set_index("name")
-
-
-def test_every_value_that_is_fitted_has_a_range(table):
+def test_every_value_that_is_fitted_has_a_range():
+    table = parameter_table("parts")
     fitted = table[table["kind"] == "fitted"]
     assert len(fitted) > 10 and fitted[["low", "high"]].notna().all(axis=None)
 
 
-def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(table):
+def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load():
     """The viscous and the constant drag are those of rolling resistance at 115 rpm, wheel by wheel."""
     loop = Loop(Scene(load_rig("parts"), 115.0, step=1e-4))
     loop.advance(1.5)
@@ -28,7 +24,7 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(table):
         loop.step(50)
         samples.append([loop.work.carried[1:].copy(), np.abs(loop.state.wheel_rate[1:])])
     load, rate = np.mean(samples, axis=0)
-    low, high = table.loc["idler.rolling_arm", ["low", "high"]]
+    low, high = parameter_table("parts").set_index("name").loc["idler.rolling_arm", ["low", "high"]]
     for wheel, force, turning in zip(loop.scene.rig.wheels.values(), load, rate, strict=True):
         for arm in (wheel.rolling_arm, wheel.bearing_drag * turning / force, wheel.bearing_torque / force):
             assert low <= arm <= high
@@ -91,16 +87,13 @@ def test_a_surface_has_no_name_of_something_else():
         refused(rig.changed, surfaces=surfaces, words=words)
 
 
-# the rig has a profile in place of a groove
-HINTS = {
-    "bushing.stifness": "did you mean bushing.stiffness", "road_7.bearing_drag": "did you mean road_",
-    "tension": "did you mean tension.", "groove.r1": "did you mean ", "rollers.idler.x": "did you mean idler.x",
-    "": "a name such as", "no\nsuch": "a name such as",
-}  # fmt: skip
-
-
 def test_an_unknown_field_is_refused_with_similar_names():
-    for name, hint in HINTS.items():
+    # the rig has a profile in place of a groove
+    for name, hint in {
+        "bushing.stifness": "did you mean bushing.stiffness", "road_7.bearing_drag": "did you mean road_",
+        "tension": "did you mean tension.", "groove.r1": "did you mean ", "rollers.idler.x": "did you mean idler.x",
+        "": "a name such as", "no\nsuch": "a name such as",
+    }.items():  # fmt: skip
         refused(load_rig("m113").value, name, words=["is not a parameter of the rig", hint])
     names = "idler", "wheels.x", "road_1.arm", "road_1.arm.colour", "Big Wheel.x", "*.x", "x.y.z", ""
     assert not any(map(Rig.may_have, names))
