@@ -66,7 +66,7 @@ def test_a_pipe_and_a_device_are_refused(tmp_path, write):
     assert (tmp_path / "pipe").is_fifo() and not os.path.isfile("/dev/null")
 
 
-ALL = 8e9
+IN_MACHINE = 8e9
 VERSION_2 = {
     "memory.max": "max", "memory.current": "7000000000", "memory.stat": "anon 5\ninactive_file 10\n",
     "job/memory.max": "2000000000", "job/memory.current": "500000000", "job/memory.stat": "inactive_file 100000000\n",
@@ -82,12 +82,12 @@ IN_CONTAINER = {name.replace("/job/", "/"): text for name, text in list(VERSION_
 
 
 @pytest.mark.parametrize(("files", "membership", "free"), [
-    (VERSION_2, "0::/job/step", 1.6e9), (VERSION_2, "0::/", ALL), (VERSION_1, "3:cpu:/job", ALL),
+    (VERSION_2, "0::/job/step", 1.6e9), (VERSION_2, "0::/", IN_MACHINE), (VERSION_1, "3:cpu:/job", IN_MACHINE),
     (VERSION_1, "3:cpu,cpuacct:/job\n4:memory:/job\n0::/", 0.75e9),
     (IN_CONTAINER, "4:memory:/docker/0123", 0.75e9),  # the host's name of the container's top
     ({**VERSION_2, "job/memory.current": "3000000000"}, "0::/job", 0),
-    ({**VERSION_2, "job/memory.max": "damaged"}, "0::/job", ALL),
-    ({}, "0::/job", ALL), ({}, "no control groups", ALL),
+    ({**VERSION_2, "job/memory.max": "damaged"}, "0::/job", IN_MACHINE),
+    ({}, "0::/job", IN_MACHINE), ({}, "no control groups", IN_MACHINE),
 ])  # fmt: skip
 def test_the_limit_of_a_control_group_counts(tmp_path, monkeypatch, files, membership, free):
     for name, text in files.items():
@@ -95,7 +95,7 @@ def test_the_limit_of_a_control_group_counts(tmp_path, monkeypatch, files, membe
         written(tmp_path / "groups" / name, text)
     places = tmp_path / "groups", written(tmp_path / "membership", membership)
     monkeypatch.setattr(memory._free_in_control_groups, "__defaults__", places)
-    monkeypatch.setattr(memory, "_free_in_machine", lambda: ALL)
+    monkeypatch.setattr(memory, "_free_in_machine", lambda: IN_MACHINE)
     monkeypatch.setattr(memory, "_free_address_space", lambda: [])
     assert memory.free_memory() == free
 

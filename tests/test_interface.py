@@ -34,8 +34,8 @@ def test_a_help_has_types_and_defaults_and_no_machinery(owner):
 
 
 def test_the_signature_of_a_scene_has_its_fields():
-    parameters, (rig, rpm, radius, *others) = inspect.signature(Scene).parameters, Scene.model_fields
-    assert [*parameters] == [rig, rpm, radius, "preset", *others]
+    parameters, first = inspect.signature(Scene).parameters, ["rig", "motor_rpm", "ring_radius"]
+    assert [*parameters] == [*first, "preset", *(name for name in Scene.model_fields if name not in first)]
     for name, parameter in parameters.items():
         if name != "preset" and parameter.default not in (inspect.Parameter.empty, "of the rig"):
             assert getattr(SCENE, name) == parameter.default

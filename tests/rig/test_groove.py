@@ -176,7 +176,10 @@ def test_arcs_that_do_not_fit_are_refused(rig):
         arcs = fitting.copy()
         arcs[row, column] += change
         refused(groove_of_arcs, arcs, rig.sprocket.teeth, words=[word])
-    in_mm, narrow = ToothProfile(arcs=fitting * [1e3, 1e3, 1e3, 1]), ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]])
+    in_mm, narrow = (
+        ToothProfile(arcs=(fitting * [1e3, 1e3, 1e3, 1]).tolist()),
+        ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]),
+    )
     refused(rig.changed, groove=None, profile=in_mm, words=["profile lies ", " in m, not in mm"])
     refused(narrow.groove, 10, 0.1, match=r"concave area of radius 0\.0\d+ m; it must be wider than")
 

@@ -74,7 +74,7 @@ def test_every_parameter_of_a_rig_has_an_effect():
     ("like: bench\nprofile: {source: s, outline: tooth.csv}\n", ["profile.outline is not a known parameter"]),
     (like_bench(f"arm: {{{ARM}}}"), ["tension.wheel = 'idler'", "choose a fixed wheel"]),
     ("like: bench\nsprocket: {source: s, teeth: 17}\n", ["17 teeth leave 0.", "sprocket.equal_pitch_radius"]),
-    (ROLLER, ["the groove is that of parts (13 teeth, pitch 0.", "; state groove or profile", "slope_tip"]),
+    (ROLLER, ["the groove is that of parts (13 teeth, pitch 0.", ": state groove or profile", "slope_tip"]),
     ('like: "a\\0b"\n', ["like = 'a\\x00b': must be the name of an included rig or of a file"]),
     ("like: paper\nchain: {link_length: '\u0660.\u0661 m'}\n", ["link_length"]),
 ])  # fmt: skip
