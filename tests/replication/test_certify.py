@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.conftest import refused, run_command
+from tests.conftest import refused, run_command, written
 from trackdyn.inputs.files import write_npz
 from trackdyn_replication import certify
 from trackdyn_replication.certify import DIFFERS, EQUAL, WITHIN, describe, load_manifest, write_manifest
@@ -21,28 +21,15 @@ def results(tmp_path):
     """Two figures, tables, a recording, files that hold times, and a further run below it."""
     folder = tmp_path / "results"
     for name, text in {
-        "metrics.csv": TABLE,
-        "tables/table3.csv": TABLE,
-        "peers.json": '{"fields": [1]}\n',
-        "report.html": "<p>6 s</p></html>\n",
-        "benchmarks/a.csv": "s\n1\n",
-        "kernels/a.npz": "kernels",
-        "quick/kernels/a.npz": "kernels",
-        "quick/tables/table3.csv": "another run",
-        "figures/fig24.svg": "<svg/>",
-        "figures/fig24.png": "picture",
-        "runs/115rpm.npz": "recording",
+        "metrics.csv": TABLE, "tables/table3.csv": TABLE, "peers.json": '{"fields": [1]}\n',
+        "report.html": "<p>6 s</p></html>\n", "benchmarks/a.csv": "s\n1\n", "kernels/a.npz": "kernels",
+        "quick/kernels/a.npz": "kernels", "quick/tables/table3.csv": "another run", "figures/fig24.svg": "<svg/>",
+        "figures/fig24.png": "picture", "runs/115rpm.npz": "recording",
         "tables/.table4.0123abcd-77-77.trackdyn-part.csv": "half",
-    }.items():
+    }.items():  # fmt: skip
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
+        written(folder / name, text)
     return folder
-
-
-def edit(path, old, new):
-    text = path.read_text(encoding="utf-8")
-    assert text.count(old) == 1
-    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
@@ -59,14 +46,12 @@ def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
 
 def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path, monkeypatch):
     """Whatever its date; names are those of the folder of the run, or of one above the results."""
-    (record := tmp_path / "115rpm.csv").write_text("t,ay\n0,1\n", encoding="utf-8")
+    record = written(tmp_path / "115rpm.csv", "t,ay\n0,1\n")
     monkeypatch.chdir(tmp_path)
     write_manifest(results, [record.name])
     monkeypatch.chdir("/")
     assert run_command("verify", results)[0] == 0
-    date = record.stat().st_mtime
-    record.write_text("t,ay\n0,2\n", encoding="utf-8")
-    os.utime(record, (date - 1e8, date - 1e8))
+    os.utime(written(record, "t,ay\n0,2\n"), (1.5e9, 1.5e9))
     code, output, _ = run_command("verify", results)
     assert code == 1 and "differs  115rpm.csv  is another input than the results were made from" in output
     assert "`snakemake -j2 --forceall` if that has nothing to do, as after `--touch`" in output
@@ -118,7 +103,8 @@ EDITS = [
 @pytest.mark.parametrize(("old", "new", "status", "message"), EDITS)
 def test_a_change_is_judged_and_named(results, old, new, status, message):
     expected = describe(results)
-    edit(results / "metrics.csv", old, new)
+    assert TABLE.count(old) == 1
+    written(results / "metrics.csv", TABLE.replace(old, new))
     findings = {finding.name: finding for finding in certify.compare_files(results, expected)}
     changed = findings.pop("metrics.csv")
     assert changed.status == status and message in changed.text
@@ -146,8 +132,7 @@ def test_the_command_names_what_differs_is_missing_or_more_and_ends_with_1(resul
     ('{"format": 99}', f"has manifest format 99, this version reads {certify.FORMAT}; write it again"),
 ])  # fmt: skip
 def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, message):
-    (tmp_path / "manifest.json").write_text(text)
-    refused(load_manifest, tmp_path / "manifest.json", words=[message])
+    refused(load_manifest, written(tmp_path / "manifest.json", text), words=[message])
 
 
 @pytest.mark.parametrize(("key", "value"), [("sha256", "x"), ("bytes", "many"), ("more", 1)])
@@ -155,8 +140,8 @@ def test_a_damaged_entry_is_refused(results, key, value):
     manifest = write_manifest(results)
     data = json.loads(manifest.read_text(encoding="utf-8"))
     data["files"]["metrics.csv"][key] = value
-    manifest.write_text(json.dumps(data))
-    refused(load_manifest, manifest, words=[f"manifest.json: files.'metrics.csv'.{key}"])
+    words = [f"manifest.json: files.'metrics.csv'.{key}"]
+    refused(load_manifest, written(manifest, json.dumps(data)), words=words)
 
 
 PICTURE = Image.effect_noise((90, 60), 9.0)
@@ -176,10 +161,9 @@ def test_a_damaged_file_fails(results, tmp_path, name, write):
     if name == "tables/long.csv":
         reference = shutil.copytree(results, tmp_path / "other")
     assert run_command("verify", results, "--against", reference).code == 0
-    cuts = [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
-    noise = np.random.default_rng(1).bytes(len(whole))
-    flipped = whole[:-9] + b"\xff" + whole[-8:]
-    for damaged in (b"", noise, *[whole[:cut] for cut in cuts], *([flipped] if path.suffix == ".csv" else [])):
+    cut = [whole[:end] for end in (-1, len(whole) * 97 // 100, len(whole) // 2)]
+    flipped = [whole[:-9] + b"\xff" + whole[-8:]] if path.suffix == ".csv" else []
+    for damaged in (b"", np.random.default_rng(1).bytes(len(whole)), *cut, *flipped):
         path.write_bytes(damaged)
         code, out, err = run_command("verify", results, "--against", reference)
         assert code == 1 and f"differs  {name}" in out and "Traceback" not in err, len(damaged)

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -73,13 +74,9 @@ def wait_until(true, seconds: float, event: str) -> None:
 
 def free_ports(count: int) -> list[int]:
     """Ports on which nobody listens."""
-    sockets = [socket.socket() for _ in range(count)]
-    for each in sockets:
-        each.bind(("127.0.0.1", 0))
-    ports = [each.getsockname()[1] for each in sockets]
-    for each in sockets:
-        each.close()
-    return ports
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
+        return [each.getsockname()[1] for each in sockets]
 
 
 class Slurm:
@@ -97,9 +94,8 @@ class Slurm:
         key.chmod(0o400)
         self.environment = os.environ | {"SLURM_CONF": str(conf), "PATH": f"{srun.parent}:{os.environ['PATH']}"}
         host = socket.gethostname().split(".")[0]
-        conf.write_text(
-            CONF.format(folder=folder, host=host, ports=free_ports(2), cores=cores, memory=4000 * cores), "utf-8"
-        )
+        text = CONF.format(folder=folder, host=host, ports=free_ports(2), cores=cores, memory=4000 * cores)
+        conf.write_text(text, encoding="utf-8")
 
     def __enter__(self):
         munge = {"socket": "munge.socket", "key-file": "munge.key", "pid-file": "munged.pid"}

@@ -11,10 +11,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.conftest import ROOT, run_python
+from tests.conftest import ROOT, run_python, written
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.sources import imported_files
 from trackdyn_replication.study.settings import STUDIES
 
+QUICK = ROOT / "config" / "quick.yaml"
 FOLDERS = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
 RULE_FILES = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "laboratory/rules").glob("*.smk")]
 SCRIPT = re.compile(r'^ +script:\s*"(\S+\.py)"$', re.MULTILINE)
@@ -23,10 +25,10 @@ SCRIPTS = sorted({
     for path in [*RULE_FILES, ROOT / "workflow/sweep.smk"] for script in SCRIPT.findall(path.read_text("utf-8"))
 })  # fmt: skip
 # rules that simulate: measures and words of their runs do not concern them
-SIMULATING = re.compile(
-    r"simulate|ring_runs|peer_runs|trade_scene|trade_promises"
-    r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
-)
+SIMULATING = {
+    *("simulate", "ring_runs", "peer_runs", "trade_scene", "trade_promises", "extremes_part", "animation_run"),
+    *("warm_up", "warm_up_method", "fidelity_setting"),
+}
 
 
 def snakemake(tmp_path, *arguments, run="-n", root=ROOT):
@@ -51,50 +53,41 @@ def planned_jobs(tmp_path, *arguments, root=ROOT):
     return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", output, re.M)}
 
 
-def quick_config(tmp_path, change=lambda data: None):
-    """A copy of the quick configuration, its results elsewhere."""
-    data = yaml.safe_load((ROOT / "config" / "quick.yaml").read_text(encoding="utf-8"))
-    data["results"] = str(tmp_path / "results")
-    change(data)
-    (path := tmp_path / "copy.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
-    return str(path)
+def config_file(tmp_path, data=None):
+    """A copy of a configuration, by default the quick one, its results elsewhere."""
+    data = (data or read_yaml(QUICK)) | {"results": str(tmp_path / "results")}
+    return written(tmp_path / "copy.yaml", yaml.safe_dump(data))
 
 
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
-    planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
+    planned = planned_jobs(tmp_path, "studies", "--configfile", config_file(tmp_path))
     # 4 records, each with the coarse tooth, too, 1 at a rounded speed, and 2 of meshing; rings at 2 speeds
     assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 1 + 2, 1)
     assert (planned["ring_runs"], planned["metrics"], planned["measure"]) == (2, 1, 2)
-    assert {*STUDIES} <= planned.keys()
-    assert {"metrics", "claims", "page", "manifest"} <= planned.keys()
+    assert {*STUDIES, "metrics", "claims", "page", "manifest"} <= planned.keys()
     assert not (tmp_path / "results").exists()
 
 
-@pytest.mark.parametrize(
-    ("setting", "others"), [("tension=sprung", 0), ("space=spatial", 1), ("integrator=rk4", 1), ("preset=fast", 1)]
-)
+OTHERS = [("tension=sprung", 0), ("space=spatial", 1), ("integrator=rk4", 1), ("preset=fast", 1)]
+
+
+@pytest.mark.parametrize(("setting", "others"), OTHERS)
 def test_a_setting_waits_for_the_kernels_that_it_runs(tmp_path, setting, others):
     """Those of the paper's method, and of another one or of motion in space."""
     target = f"{tmp_path}/results/fidelity/{setting}.csv"
-    planned = planned_jobs(tmp_path, target, "--configfile", quick_config(tmp_path))
+    planned = planned_jobs(tmp_path, target, "--configfile", config_file(tmp_path))
     assert (planned["warm_up"], planned.get("warm_up_method", 0)) == (1, others)
 
 
 def test_a_rig_is_sufficient(tmp_path):
-    def own(data):
-        data.clear()
-        data |= {"rig": "bench", "results": str(tmp_path / "results")}
-
-    planned = planned_jobs(tmp_path, "--configfile", quick_config(tmp_path, own))
+    planned = planned_jobs(tmp_path, "--configfile", config_file(tmp_path, {"rig": "bench"}))
     assert {"page", "manifest", "claims"} <= planned.keys() and "sensor_records" not in planned
     assert planned["ring_runs"] == 4  # one a speed
 
 
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
-    def repeat_a_radius(data):
-        data["ring_study"]["radii_m"] = [0.303, 0.308, 0.308]
-
-    code, output = snakemake(tmp_path, "--configfile", quick_config(tmp_path, repeat_a_radius))
+    (data := read_yaml(QUICK))["ring_study"]["radii_m"] = [0.303, 0.308, 0.308]
+    code, output = snakemake(tmp_path, "--configfile", config_file(tmp_path, data))
     sentence = "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice; give rising values"
     assert code and output.count(sentence) == 1 and "Traceback (most recent call last)" not in output, output
 
@@ -180,32 +173,27 @@ class Pretended:
         return {rule: count for rule, count in planned.items() if rule not in ("all", "studies", "total")}
 
     @contextmanager
-    def edited(self, edits):
-        """The copy with other files: ``{"config/claims.yaml": function of the text}``."""
-        before = {self.root / name: ((self.root / name).read_bytes(), (self.root / name).stat()) for name in edits}
-        try:
-            for name, edit in edits.items():
-                text = (self.root / name).read_text(encoding="utf-8")
-                assert edit(text) != text
-                (self.root / name).write_text(edit(text), encoding="utf-8")
-            yield
-        finally:
-            for file, (content, stat) in before.items():
-                file.write_bytes(content)
-                os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-
-    @contextmanager
-    def without(self, *names):
+    def without(self, *names, below="results/quick"):
         """The copy without these results; a folder goes with its content."""
         aside = Path(tempfile.mkdtemp(dir=self.folder))
         for name in names:
             (aside / name).parent.mkdir(parents=True, exist_ok=True)
-            (self.root / "results/quick" / name).rename(aside / name)
+            (self.root / below / name).rename(aside / name)
         try:
-            yield
+            yield aside
         finally:
             for name in names:
-                (aside / name).rename(self.root / "results/quick" / name)
+                (aside / name).replace(self.root / below / name)
+
+    @contextmanager
+    def edited(self, edits):
+        """The copy with other files: ``{"config/claims.yaml": function of the text}``."""
+        with self.without(*edits, below="") as before:
+            for name, edit in edits.items():
+                text = (before / name).read_text(encoding="utf-8")
+                assert edit(text) != text
+                written(self.root / name, edit(text))
+            yield
 
 
 @pytest.fixture(scope="module")
@@ -250,7 +238,7 @@ def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(p
     with pretended.edited(edits):
         reruns = pretended.due()
     assert due <= reruns.keys() and not untouched & reruns.keys(), reruns
-    assert {rule for rule in reruns if SIMULATING.fullmatch(rule)} == simulating
+    assert SIMULATING & reruns.keys() == simulating
 
 
 # files that the default run reads, the rules that read them, and one that does not (all read the rig)

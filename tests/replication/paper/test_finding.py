@@ -1,5 +1,7 @@
 """Shares of tracks by law, the window of radii, the sentences: recomputed by hand from a small table."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,25 +9,24 @@ from scipy.stats import beta
 
 from trackdyn_replication.paper.finding import finding_sentences, limit, main_run, of_law, shares, windows
 
-SETTINGS = [("regularised", 0.01, np.nan), ("regularised", 1.5, np.nan), ("dahl", np.nan, 1e4), ("dahl", np.nan, 6e5)]
-GRIPS = {0: 0.2, 1: 0.01, 2: 0.008, 3: 0.16}  # mobilised friction by setting
+# law, transition velocity, shear stiffness, mobilised friction
+SETTINGS = [("regularised", 0.01, np.nan, 0.2), ("regularised", 1.5, np.nan, 0.01), ("dahl", np.nan, 1e4, 0.008),
+            ("dahl", np.nan, 6e5, 0.16)]  # fmt: skip
 
 
 @pytest.fixture
 def table():
     """Twenty tracks; a ring that grips frees the right arc on track 0, and on track 1 at 115 rpm only."""
     rows = []
-    for k, (law, velocity, stiffness) in enumerate(SETTINGS):
-        for draw in range(20):
-            for rpm in (115.0, 210.0):
-                free = GRIPS[k] < 0.05 or draw == 0 or (draw == 1 and rpm == 115.0)
-                rows.append({
-                    "draw": draw, "polygon_m": 0.304, "start": 1, "integrator": "linearly_implicit", "rpm": rpm,
-                    "law": law, "transition_velocity": velocity, "friction_static": 0.3, "shear_stiffness": stiffness,
-                    "state": "done", "mobilised_friction": GRIPS[k] * (1 + 0.001 * draw), "right_free_from_m": 0.305,
-                    "right_back_from_m": np.nan if free else 0.309, "left_lost_from_m": 0.311,
-                    "conclusion_3": float(free), "plateau": float(free and draw < 10),
-                })  # fmt: skip
+    for (law, velocity, stiffness, grip), draw, rpm in product(SETTINGS, range(20), (115.0, 210.0)):
+        free = grip < 0.05 or draw == 0 or (draw == 1 and rpm == 115.0)
+        rows.append({
+            "draw": draw, "polygon_m": 0.304, "start": 1, "integrator": "linearly_implicit", "rpm": rpm, "law": law,
+            "transition_velocity": velocity, "friction_static": 0.3, "shear_stiffness": stiffness, "state": "done",
+            "mobilised_friction": grip * (1 + 0.001 * draw), "right_free_from_m": 0.305, "left_lost_from_m": 0.311,
+            "right_back_from_m": np.nan if free else 0.309, "conclusion_3": float(free),
+            "plateau": float(free and draw < 10),
+        })  # fmt: skip
     other = {"integrator": "semi_implicit", "conclusion_3": 1.0, "plateau": 1.0}
     second = [row | {"start": 2} for row in rows[:6]] + [row | other for row in rows[:6]]  # count for nothing
     return pd.DataFrame(rows + second)
@@ -56,9 +57,8 @@ def test_window_holds_an_event_that_does_not_come_beyond_the_largest_ring(table)
 
 
 def test_sentences_have_the_counts(table):
-    words = " ".join(finding_sentences(table))
+    words, brief = (" ".join(finding_sentences(table, brief)) for brief in (False, True))
     assert "at 115 rpm on 2 and 20 of 20 tracks" in words and "10 and 1500 mm/s" in words and "on 20 and 2, " in words
     assert "At 210 rpm, run on 20 of them: 1 and 20 and on 20 and 1." in words
-    brief = " ".join(finding_sentences(table, brief=True))
     assert "at 115 rpm on 2 to 20 of 20 tracks" in brief and "of 10 to 1500 mm/s" in brief
     assert "on 20 to 2, for a shear stiffness of 10 to 600 kN/m" in brief and "210 rpm" not in brief
