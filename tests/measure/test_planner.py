@@ -19,9 +19,11 @@ RMS = {"rms": 0.01}
 
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
-    trial = Trial("made up", {"integrator": integrator, "step": step})
-    turn = SimpleNamespace(loop=0.5, passage=1.0 / 12)
-    scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=turn)
+    trial, periods = (
+        Trial("made up", {"integrator": integrator, "step": step}),
+        SimpleNamespace(loop=0.5, passage=1 / 12),
+    )
+    scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=periods)
     trial.recorder = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
     return trial
@@ -36,14 +38,13 @@ def test_errors_of_a_method_of_order_one_are_found():
 
 
 def test_scatter_that_runs_share_is_no_error_and_their_own_is():
-    noise = np.random.default_rng(7).normal(size=(2, 12))
-    shared = [tried(step, 2.0 + 3.0 * step, scatter=noise[0]) for step in (1e-2, 5e-3)]
-    own = [tried(step, 2.0 + 3.0 * step, scatter=row) for step, row in zip((1e-2, 5e-3), noise, strict=True)]
-    for runs in (shared, own):
+    noise, most = np.random.default_rng(7).normal(size=(2, 12)), []
+    for rows in (noise[[0, 0]], noise):
+        runs = [tried(step, 2.0 + 3.0 * step, scatter=row) for step, row in zip((1e-2, 5e-3), rows, strict=True)]
         _judge(runs, {"rms": 0.1})
-    few, many = (runs[1].error["rms"] for runs in (shared, own))
-    assert few.bias + few.bias_error == pytest.approx(0.0075, rel=0.3)
-    assert many.bias + many.bias_error > 10 * (few.bias + few.bias_error)
+        most.append(runs[1].error["rms"].bias + runs[1].error["rms"].bias_error)
+    shared, own = most
+    assert shared == pytest.approx(0.0075, rel=0.3) and own > 10 * shared
 
 
 def test_another_method_is_no_half_step():
@@ -55,20 +56,17 @@ def test_another_method_is_no_half_step():
 
 def test_the_cheapest_setting_that_fits_is_recorded():
     """Of records that are long enough the finest, of others the one with the least work within the longest record."""
-
-    def chosen(difference, half_width, longest=20.0):
+    for difference, half_width, longest, chosen in (
+        (0.001, 0.005, 20.0, 1), (0.001, 0.02, 20.0, 0),  # its error of 0.2 % leaves enough
+        (0.005, 0.02, 20.0, 1),  # the error of the other one is 1 %
+        (0.02, 0.005, 20.0, None), (0.001, 0.05, 20.0, None), (0.001, 0.05, 100.0, 0),
+    ):  # fmt: skip
         runs = [tried(2e-4, 1.0 + difference), tried(1e-4, 1.0)]
         _judge(runs, RMS)
         for run in runs:
             run.error["rms"] = run.error["rms"]._replace(half_width=half_width, scatter=half_width)
         trial = _cheapest(runs, RMS, longest)
-        return trial and runs.index(trial)
-
-    assert chosen(0.001, 0.005) == 1
-    assert chosen(0.001, 0.02) == 0  # its error of 0.2 % leaves enough
-    assert chosen(0.005, 0.02) == 1  # the error of the other one is 1 %
-    assert chosen(0.02, 0.005) is None and chosen(0.001, 0.05) is None
-    assert chosen(0.001, 0.05, longest=100.0) == 0
+        assert (trial and runs.index(trial)) == chosen
 
 
 def test_a_start_that_dies_away_is_not_known():

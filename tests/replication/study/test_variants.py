@@ -26,10 +26,8 @@ def test_every_variant_is_a_scene_of_the_shipped_rig_and_differs_from_the_refere
 def test_a_departure_has_its_largest_change_and_says_what_is_not_possible():
     settings = {f"preset={REFERENCE}": 1.0, "drag=coulomb": 1.02, "tension=sprung": float("nan"), "chain=belt": 2.0}
     scenes = {"a scene": settings, "another": settings | {"drag=coulomb": 0.9, "friction=none": 1.0}}
-    rungs = [
-        [scene, name, measure, value, 0.1, ""]
-        for scene, values in scenes.items() for name, value in values.items() for measure in TOLERATED + ABSOLUTE
-    ]  # fmt: skip
+    rungs = ([scene, name, measure, value, 0.1, ""] for scene, values in scenes.items()
+             for name, value in values.items() for measure in TOLERATED + ABSOLUTE)  # fmt: skip
     lines = departures_text(ladder_table(compare_rungs(pd.DataFrame(rungs, columns=MEASURED)))).splitlines()[2:]
     assert [cell.strip() for cell in lines[0].strip("|").split("|")] == ["`drag=coulomb`", "-10.0", "-10.0", "-0.1"]
     assert lines[2:] == ["No change: `friction=none`.", "", "Not possible: `tension=sprung`."]
@@ -37,10 +35,9 @@ def test_a_departure_has_its_largest_change_and_says_what_is_not_possible():
 
 def test_shares_change_by_points_and_all_else_by_percent():
     values = {"left_share": (10.0, 8.0), "rms": (2.0, 2.1), "sd": (0.0, 1.0), "loop_gap": (1.0, 2.0)}
-    rungs = [
-        ["a scene", name, measure, pair[k], 0.1, ""]
-        for k, name in enumerate((f"preset={REFERENCE}", "drag=coulomb")) for measure, pair in values.items()
-    ]  # fmt: skip
+    names = (f"preset={REFERENCE}", "drag=coulomb")
+    rungs = (["a scene", name, measure, pair[k], 0.1, ""] for k, name in enumerate(names)
+             for measure, pair in values.items())  # fmt: skip
     changes = compare_rungs(pd.DataFrame(rungs, columns=MEASURED))["difference_pct"].iloc[len(values) :]
     # no fraction of nothing; a closure error is compared with none
     assert changes.tolist() == pytest.approx([-2.0, 5.0, float("nan"), float("nan")], nan_ok=True)
