@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trackdyn
-from tests.conftest import BELT, made_recording, refused, run_command
+from tests.conftest import BELT, made_recording, refused, run_command, written
 from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn.fieldtest.sensor_mapping import SensorMapping
 from trackdyn.measure.export import contact_table, export
@@ -54,8 +54,8 @@ def test_columns_are_the_recorded_arrays(recording):
     table = recording.to_frame()
     np.testing.assert_array_equal(table[["t_s", "ax_g", "ay_g"]], sense(recording).to_frame())
     for k in range(PITCHES):
-        for i, side in enumerate(("left", "right", "ring")):
-            np.testing.assert_array_equal(table[f"pitch_{k + 1}_{side}_n"], recording.force[:, k, i])
+        sides = [f"pitch_{k + 1}_{side}_n" for side in ("left", "right", "ring")]
+        np.testing.assert_array_equal(table[sides], recording.force[:, k])
         np.testing.assert_array_equal(table[f"pitch_{k + 1}_right_area"], recording.area[:, k, 1])
         np.testing.assert_array_equal(table[f"pitch_{k + 1}_left_groove"], recording.groove[:, k, 0])
     assert list(recording.to_frame(2)) == list(recording.to_frame([2])) == list(recording.to_frame(np.array([2])))
@@ -78,8 +78,7 @@ def test_every_sensor_has_its_columns(rig, tmp_path):
 def test_a_matlab_file_has_a_variable_a_column(recording, tmp_path):
     from scipy.io import loadmat
 
-    table = export(recording, tmp_path / "run.mat", pitches=[1])
-    export(recording, tmp_path / "again.mat", pitches=[1])
+    table, _ = (export(recording, tmp_path / name, pitches=[1]) for name in ("run.mat", "again.mat"))
     assert (tmp_path / "run.mat").read_bytes() == (tmp_path / "again.mat").read_bytes()
     loaded = loadmat(tmp_path / "run.mat")
     for name in table:
@@ -101,7 +100,7 @@ def test_contacts_have_a_row_each(recording, tmp_path):
 
 def test_a_file_names_program_rig_and_scene(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("mine.yaml").write_text("like: bench\n", encoding="utf-8")
+    written(Path("mine.yaml"), "like: bench\n")
     for path, changes, name in (("mine.yaml", {}, "mine"), ("bench", {"idler__inertia": 0.5}, "bench changed")):
         belt = belt_recording(Scene(load_rig(path).changed(**changes) if changes else load_rig(path), 99.0, **BELT))
         belt.save("run.npz")

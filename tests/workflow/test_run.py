@@ -12,7 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
-from tests.conftest import ROOT, refused, run_python
+from tests.conftest import ROOT, refused, run_python, written
 
 PATH = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
 
@@ -20,7 +20,7 @@ PATH = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
 def test_configurations_are_found_among_the_arguments(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "p").mkdir()
-    (tmp_path / "p" / "config.yaml").write_text("configfile: c.yaml\n")
+    written(tmp_path / "p" / "config.yaml", "configfile: c.yaml\n")
     for arguments, files in (
         ("-j2 --configfile a.yaml b.yaml -- x", ["a.yaml", "b.yaml"]),
         ("x -np --configfile=a.yaml", ["a.yaml"]),
@@ -33,10 +33,9 @@ def test_configurations_are_found_among_the_arguments(tmp_path, monkeypatch, cap
 
 
 def test_a_configuration_that_would_be_run_is_refused_before_it_is(tmp_path, monkeypatch):
-    (tmp_path / "mine.yaml").write_text("__use_yte__: true\n", encoding="utf-8")
+    mine = written(tmp_path / "mine.yaml", "__use_yte__: true\n")
     monkeypatch.setattr("snakemake.cli.main", lambda arguments: pytest.fail("was started"))
-    arguments = ["-j2", "--configfile", str(tmp_path / "mine.yaml")]
-    refused(run.main, arguments, words=["__use_yte__ is not a known parameter"])
+    refused(run.main, ["-j2", "--configfile", str(mine)], words=["__use_yte__ is not a known parameter"])
 
 
 SNAKEFILE = """
