@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import t
 
 import trackdyn
-from tests.conftest import refused
+from tests.conftest import BELT, refused
 from trackdyn.measure import catalogue
 from trackdyn.measure.catalogue import CATALOGUE
 from trackdyn.measure.columns import METRIC_COLUMNS, described
@@ -22,8 +22,6 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
-
-BELT = {"chain": "belt", "ring_radius": None, "contact_log": False, "duration": 2.0}
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +99,7 @@ def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(
 def test_a_range_that_limits_the_rms_is_said_with_both_values(rig):
     """Nor is a record at no gravity remarked on, but one at another than the earth's."""
     whole, limited, moon, space = (
-        belt_recording(Scene(rig.changed(**changes), 150.0, **BELT))
+        belt_recording(Scene(rig.changed(**changes), 150.0, duration=2.0, **BELT))
         for changes in ({}, {"sensor__range": 0.9}, {"gravity": 1.62}, {"gravity": 0.0})
     )
     without, with_it = (shown_measures(run)[0]["value"] for run in (whole, limited))
@@ -118,9 +116,9 @@ def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
 
 
 def test_what_is_printed_is_short(run):
-    for thing in (run, run.scene, run.scene.rig):
-        for text in (repr(thing), str(thing)):
-            assert len(text.splitlines()) <= 10 and len(text) < 400
+    things = (run, run.scene, run.scene.rig)
+    for text in (*map(str, things), *map(repr, things)):
+        assert len(text.splitlines()) <= 10 and len(text) < 400
     assert "115 rev/min" in repr(run.scene) and "35 pitches" in repr(run.scene.rig) and repr(run.scene) in repr(run)
 
 

@@ -1,6 +1,5 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -55,15 +54,15 @@ def wave(hz, seconds=20.0, amplitude=1.2, phase=0.3, seed=1):
     return time, amplitude * np.cos(2 * np.pi * hz * time + phase) + noise
 
 
-def recording(ring_radius=0.308, rpm=RPM, frames=1):
-    time, ay = wave(LOOP_HZ * rpm / RPM)
+def recording(rpm=RPM, seconds=20.0):
+    time, ay = wave(LOOP_HZ * rpm / RPM, seconds)
     s = len(time)
     # a level link: Eq. 40 adds 1 g
     mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])[:, None]
     gap, rate = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01), np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
-    made = {"raw": mean, "mean": mean, "gap": gap, "wheel_rate": rate, "frame": np.tile(FRAME, (frames, 1))}
-    made |= {"frame_time": np.arange(frames) * 0.01, "layout": Layout(ASSEMBLY.shift)}
-    return made_recording(Scene(RIG, rpm, ring_radius), time, np.zeros((s, 1, 3)), 6.0, **made)
+    made = {"raw": mean, "mean": mean, "gap": gap, "wheel_rate": rate, "frame": FRAME[None]}
+    made |= {"frame_time": np.zeros(1), "layout": Layout(ASSEMBLY.shift)}
+    return made_recording(Scene(RIG, rpm, 0.308), time, np.zeros((s, 1, 3)), 6.0, **made)
 
 
 def sensor(hz=1.05 * LOOP_HZ, amplitude=0.9):
@@ -101,10 +100,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
 
 
 def test_picket_fence_of_the_printed_record_at_115_rpm():
-    run = recording(rpm=115.0)
-    time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
-    mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])[:, None]
-    shown = texts(spectrum_figure(replace(run, time=time, mean=mean, raw=mean), sensor(0.13)))
+    shown = texts(spectrum_figure(recording(115.0, seconds=90.0), sensor(0.13)))
     assert "bin 11.50" in shown and "64 %" in shown
 
 
