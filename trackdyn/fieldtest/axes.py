@@ -1,6 +1,4 @@
-"""Check of the axes of a sensor's record: gravity turns in them once per turn of the loop, as in the simulated ones
-(Eq. 40).
-"""
+"""Check of a sensor's axes: gravity turns in them once per turn of the loop, as in the simulated ones (Eq. 40)."""
 
 import re
 from itertools import permutations, product
@@ -25,6 +23,7 @@ LEAST_DEG, LEAST_FACTOR = 5.0, 1.2  # a smaller angle, or a factor nearer to 1, 
 LIKELY_FACTORS = [2.0**k for k in range(-6, 7)] + [1e-3, 1e3, 9.81, 1 / 9.81]  # ranges of a sensor, units
 SAME_FACTOR = 0.05  # largest error of a fitted factor, of its logarithm
 SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
+Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay, and for ax where there is one
 
 
 def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
@@ -38,8 +37,7 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     order = np.arange(HARMONICS + 1)
     waves = np.exp(-2j * np.pi / length * np.outer(order, np.arange(length))) / length
     amplitudes = np.array([axes[:, start : start + length] @ waves.T for start in starts])
-    crest = np.exp(1j * np.angle(amplitudes[:, :1, 1:2]))
-    return (amplitudes * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
+    return _begun_at_crest(amplitudes).mean(axis=0) * np.where(order, 2**0.5, 1)
 
 
 def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int) -> np.ndarray:
@@ -49,7 +47,7 @@ def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int
 
 
 def _begun_at_crest(shape: np.ndarray) -> np.ndarray:
-    return shape * np.exp(-1j * np.angle(shape[:1, 1:2])) ** np.arange(shape.shape[1])
+    return shape * np.exp(-1j * np.angle(shape[..., :1, 1:2])) ** np.arange(shape.shape[-1])
 
 
 class Doubt(NamedTuple):
@@ -57,9 +55,6 @@ class Doubt(NamedTuple):
 
     sentence: str
     without_gravity: bool = False  # gravity is filtered out of the record
-
-
-Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay, and for ax where there is one
 
 
 def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
@@ -99,8 +94,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     """Return a warning on the axes of a sensor's record and the options that mend it; None if they fit.
 
     Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
-    loop that runs the other way round, as its mirror image does, fits, too. Other causes are zeros of the sensor that
-    are not 0, a high-pass filter, a wrong scale, and an angle about z.
+    loop that runs the other way round, as its mirror image does, fits, too.
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz) or record.wraps:
         return None

@@ -54,10 +54,7 @@ class Axis(NamedTuple):
 
 
 def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tuple[dict[str, Column], dict[str, Axis]]:
-    """Return columns by ``time``, ``fraction`` (of a second) and axis, and the axes; ``gravity`` is one g in m/s2.
-
-    Raises `InputError`: a choice is ambiguous or not possible; everything missing is in one message.
-    """
+    """Return columns by ``time``, ``fraction`` (of a second) and axis, and the axes; or ask all in one `InputError`."""
     questions: list[str] = []
     columns = _by_key(source, mapping, questions)
     _require_a_sample_a_row(source, columns)
@@ -103,9 +100,8 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
 def _by_key(source: Source, mapping: SensorMapping, questions: list[str]) -> dict[str, Column]:
     """Return columns by axis and ``time``, or `InputError`; a choice among several is added to ``questions``."""
     choices = candidates(source.columns, mapping)
-    if missing := next((key for key, of_key in choices.items() if not of_key), ""):
-        named_so = stated_columns(mapping)[missing]
-        raise InputError(f"no column {named_so!r} for {missing}; there are {joined(source.names)}.")
+    if key := next((key for key, of_key in choices.items() if not of_key), ""):
+        raise InputError(f"no column {stated_columns(mapping)[key]!r} for {key}; there are {joined(source.names)}.")
     columns = {key: of_key[0] for key, of_key in choices.items()}
     if several := {key: of_key for key, of_key in choices.items() if len(of_key) > 1}:
         words = [f"{_numbered(of_key)} may all be {key}" for key, of_key in several.items()]

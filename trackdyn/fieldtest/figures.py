@@ -86,8 +86,7 @@ def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
     tail = (1 - CENTRAL) / 2
     low = min(drawn[0].min(), np.quantile(drawn[-1], tail))
     high = max(drawn[0].max(), np.quantile(drawn[-1], 1 - tail))
-    axes[0].set_xlim(0, span)
-    axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    axes[0].set(xlim=(0, span), ylim=(low - 0.08 * (high - low), high + 0.08 * (high - low)))
     axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
     if len(curves) == 1:
         return
@@ -176,11 +175,11 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
         look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
         complete.plot(*in_bands(curve.ay[:count], curve.rate, curve.hz), **look, markevery=(begin, every))
-    low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    words = {"xlabel": "frequency (Hz)", "ylabel": "amplitude (g)"}
+    low.set(**words, xlim=(0, LOW_RANGE_HZ), title="lines of equally many whole turns of the loop")
     low.set_ylim(bottom=0)
-    complete.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
-    low.set_title("lines of equally many whole turns of the loop")
-    complete.set_title(f"root mean square in bands of {BAND_HZ:g} Hz")
+    title = f"root mean square in bands of {BAND_HZ:g} Hz"
+    complete.set(**words, yscale="log", xlim=(0, 0.5 * curves[0].rate), title=title)
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float], free: tuple[float, float]) -> None:

@@ -1,8 +1,4 @@
-"""Columns of numbers from the text of a data logger or a table of pandas.
-
-Loggers, spreadsheets and apps differ in separators, decimal signs, comments and quotes. A text is read if it has only
-one meaning; otherwise the error names the ambiguous line.
-"""
+"""Columns of numbers from the text of a data logger, with its separators, signs and quotes, or a table of pandas."""
 
 import csv
 import io
@@ -249,10 +245,7 @@ def number_in(text: str, decimal: str = ".") -> float:
 
 
 def rows_of(text: str, names: list[str], units: list[str], first: int, separator: str) -> Source:
-    """Return the rows of a text from line ``first`` (from 0) on, without blank lines, and comments and words below.
-
-    A column without a unit has that of its first cell.
-    """
+    """Return the rows of a text from line ``first`` (from 0) on, without blank lines, and comments and words below."""
     above = text.split("\n", first)[:first]
     body, below = text[sum(map(len, above)) + first :].rstrip(" \n\x1a"), []
     while body:
@@ -300,11 +293,7 @@ def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, 
 
 def are_split(fields: Sequence[str]) -> bool:
     """Return whether fields between commas look like numbers that a decimal comma has split: -0 and 5064."""
-    return any(
-        re.fullmatch(r"-?\d+", whole) and re.fullmatch(r"\d+", rest)
-        and (whole == "-0" or (rest.startswith("0") and len(rest) > 1))
-        for whole, rest in pairwise(fields)
-    )  # fmt: skip
+    return any(re.fullmatch(r"-0,\d+|-?\d+,0\d+", ",".join(pair)) for pair in pairwise(fields))
 
 
 def joined(names: Sequence[str]) -> str:

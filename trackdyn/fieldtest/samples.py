@@ -176,10 +176,7 @@ def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
 
 
 def stuck(ay: np.ndarray, since: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
-    """Return a warning of the longest run of rows with one ``ay``, (N,) g, if it far exceeds the others.
-
-    Rows at ``largest`` g are clipped instead. ``since``, (N,), is the time from the first row on, s.
-    """
+    """Return a warning of the longest run of rows with one ``ay``, (N,) g below ``largest``, if it is much longer."""
     moved = np.flatnonzero(np.append(True, np.diff(ay) != 0))
     runs = np.diff(moved, append=ay.size)
     first, count = int(moved[np.argmax(runs)]), int(runs.max())
@@ -194,10 +191,7 @@ def stuck(ay: np.ndarray, since: np.ndarray, largest: float, where: Callable[[in
 
 
 def at_rest(ay: np.ndarray, rate: float, since: np.ndarray) -> list[str]:
-    """Warn of a record, (N,) g, that begins or ends at rest: with far less content than any stretch of motion.
-
-    The content is that from 2 Hz on, in windows of 0.25 s. ``since``, (N,), is the time since the first row, s.
-    """
+    """Warn of a record, (N,) g, that begins or ends at rest: with far less content from 2 Hz on than any motion."""
     count = round(_WINDOW_S * rate)
     if ay.size < 2 * _REST * count:
         return []
@@ -247,12 +241,10 @@ def whole_ratio(rate: float, slower: float) -> int:
 
 
 def means(values: np.ndarray, rate: float, slower: float) -> np.ndarray:
-    """Return (M,) means over the samples of a ``slower`` rate (Hz) of (N,) values, which are means of their samples.
-
-    Their integral is known at the ends of the samples; between them it is a cubic spline.
-    """
+    """Return (M,) means over the samples of a ``slower`` rate (Hz) of (N,) values, which are means of their samples."""
     if count := whole_ratio(rate, slower):
         return values[: values.size // count * count].reshape(-1, count).mean(axis=1)
+    # the integral is known at the ends of the samples
     integral = scipy.interpolate.CubicSpline(np.arange(values.size + 1) / rate, np.append(0, np.cumsum(values)) / rate)
     ends = np.arange(int(values.size / rate * slower * (1 + 1e-12)) + 1) / slower
     return np.diff(integral(ends)) * slower

@@ -127,10 +127,7 @@ def read_sensor(
 def _samples(
     source: Source, columns: dict[str, Column], mapping: SensorMapping
 ) -> tuple[Source, dict[str, np.ndarray], np.ndarray]:
-    """Return the rows that are samples, their numbers by key, and a mask of those below a row that is none.
-
-    Messages are left out only if there may be gaps, else a cell without a number is refused (`InputError`).
-    """
+    """Return the rows that are samples, their numbers by key, and a mask of those below a message; or `InputError`."""
     keys, positions = list(columns), [column.position for column in columns.values()]
     time = columns["time"].position if "time" in columns else None
     table = source.numbers(positions, time)
@@ -173,7 +170,6 @@ def _record(
 ) -> SensorRecord:
     """Return the record of the rows: cropped, in s and g, checked, evenly timed."""
     source, values, broken = _samples(rows, columns, mapping)
-    stated: Any = stamps.Rate(mapping.rate, "as given") if mapping.rate else None  # of stamps, if it is None
     if mapping.group != "none":
         require_one_sensor(source, columns, values)
     if (count := values["ay"].size) < 2:
@@ -185,8 +181,9 @@ def _record(
     source, broken = source.only(~repeated) if repeated.any() else source, broken[~repeated]
     values = {key: column[~repeated] for key, column in values.items()}
     count -= int(np.count_nonzero(repeated))
-    seen = stamps.in_seconds(time, values["time"], bool(stated)) if time else None
-    instants = seen.t if seen else np.arange(count) / stated.hz
+    hz: Any = mapping.rate  # of the stamps, if it is None
+    seen = stamps.in_seconds(time, values["time"], bool(hz)) if time else None
+    instants = seen.t if seen else np.arange(count) / hz
     window = samples.window_of(instants, mapping.start, np.inf if mapping.to is None else mapping.to)
     first = window.start
     doubts = []
@@ -219,7 +216,7 @@ def _record(
         beyond = signals.abs() > range_g * BEYOND
         if beyond.any(axis=1).mean() <= samples.BRIDGED_SHARE:
             signals = signals.mask(beyond)
-        lost = stamps.lost_rows(seen, len(signals), stated, mapping.resample)
+        lost = stamps.lost_rows(seen, len(signals), hz, mapping.resample)
         if not seen or mapping.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(seen, lost, signals, mapping.gaps)
@@ -228,12 +225,12 @@ def _record(
     def where(row: int) -> str:
         return source.where(int(np.searchsorted(source.lines, lines[min(row, lines.size - 1)])))
 
-    rate, even, done["time"] = stated, True, "rows counted, no stamps"
+    source_of_hz, even, done["time"] = "as given", True, "rows counted, no stamps"
     if seen and time:
-        rate, even, steps = stamps.judge_stamps(seen, where, stated, mapping.resample)
+        hz, source_of_hz, even, steps = stamps.judge_stamps(seen, where, hz, mapping.resample)
         described = " and ".join(columns[key].described for key in TIME_KEYS if key in columns)
         done["time"] = f"{described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
-    done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
+    done["rate"] = f"{hz:.7g} Hz, {source_of_hz}"
     _require_range(signals, axes, where, range_g)
     # the highest count is one less than the lowest
     largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
@@ -242,7 +239,6 @@ def _record(
         column = f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row"
         remedy = "choose another one for ay, `axes: {ay: NAME}`, or record the moving track"
         raise InputError(f"{column}; {remedy}.")
-    hz = rate.hz
     since = instants[first] + np.arange(ay.size) / hz
     doubts = doubts or saturated or samples.wrapped(ay) or samples.stuck(ay, since, largest, where)
     doubts = doubts or samples.at_rest(signals[signals.std().idxmax()].to_numpy(), hz, since)

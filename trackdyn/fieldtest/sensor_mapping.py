@@ -43,6 +43,12 @@ _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
 _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-]?time")
+_TIME_WORDS = re.compile(
+    "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
+)
+UNIT_ASKED = f"give its unit, `unit: g`, {', '.join(['mg', *METRES])}, or the counts or mV per g, `scale: N`, or "
+UNIT_ASKED += "`range: G, bits: N`"
+Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
 
 def _degrees(value: float | str) -> float:
@@ -51,9 +57,6 @@ def _degrees(value: float | str) -> float:
         if isfinite(angle := parse_number(re.sub(r"\s*(deg|\N{DEGREE SIGN})$", "", str(value)))):
             return angle
     raise InputError(f"turn = {shown(value)}: must be an angle in deg, such as 44deg")
-
-
-Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
 
 class SensorMapping(Section):
@@ -272,15 +275,6 @@ def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
     prefix = re.compile(rf"{re.escape(_plain(group))}[\s/_.:-]+")
     matches = [(column, match) for column in columns if (match := prefix.match(column.base))]
     return {column.position: column._replace(base=column.base[match.end() :]) for column, match in matches}
-
-
-UNIT_ASKED = (
-    f"give its unit, `unit: g`, {', '.join(['mg', *METRES])}, or the counts or mV per g, `scale: N`, or "
-    "`range: G, bits: N`"
-)
-_TIME_WORDS = re.compile(
-    "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
-)
 
 
 def in_cell(cell: str) -> tuple[str, str]:

@@ -71,13 +71,6 @@ class Stamps(NamedTuple):
         return self._replace(t=self.t[window] - self.t[window.start])
 
 
-class Rate(NamedTuple):
-    """Samples per second, Hz, and the source of this number in words."""
-
-    hz: float
-    source: str
-
-
 def seconds_of(texts: list[str]) -> np.ndarray:
     """Return (N,) seconds since the first row of dates, times of day or durations; NaN for any other text.
 
@@ -130,10 +123,7 @@ def _improbability(seconds: np.ndarray) -> tuple[int, float]:
 
 
 def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
-    """Convert ``values``, (N,), of a column to s since the first, from its unit or the one that gives a likely rate.
-
-    Raises `InputError`: no unit fits, or they may be row numbers, unless the rate is ``stated``.
-    """
+    """Convert ``values``, (N,), of a column to s since the first, by its unit or the likely one; or `InputError`."""
     unit = TIMES.get(time.unit, TIMES.get(time.base))
     if time.unit and not unit:
         remedy = f"{', '.join(TIME_UNITS)} are read, choose another column, `time: NAME`, or give {NO_STAMPS}"
@@ -200,19 +190,19 @@ def rounding(values: np.ndarray) -> float:
     return float(unit)
 
 
-def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bool) -> np.ndarray:
+def lost_rows(stamps: Stamps | None, count: int, rate: float | None, resample: bool) -> np.ndarray:
     """Return (N - 1,) counts of rows missing between ``count`` rows, by their stamps; zero without stamps."""
     if stamps is None:
         return np.zeros(count - 1)
     step = np.diff(stamps.t)
-    usual = 1.0 / rate.hz if rate else float(np.median(step) or np.mean(step))
+    usual = 1.0 / rate if rate else float(np.median(step) or np.mean(step))
     return np.where(step > (_GAP if resample else 1.5) * usual, np.maximum(np.round(step / usual) - 1.0, 0.0), 0.0)
 
 
 def judge_stamps(
-    stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
-) -> tuple[Rate, bool, str]:
-    """Return the rate of a record, whether its rows are even in time, and a description of the steps; or `InputError`.
+    stamps: Stamps, where: Callable[[int], str], rate: float | None, resample: bool
+) -> tuple[float, str, bool, str]:
+    """Return the rate of a record, Hz, its source, whether rows are even in time, and words on steps; or `InputError`.
 
     ``rate`` is the user's, and ``where`` names the line of a row.
     """
@@ -235,10 +225,10 @@ def judge_stamps(
     row = np.arange(n)
     fitted = float(1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1])
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else fitted
-    if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
+    if rate and abs(fitted / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         remedy = f"give `rate: {fitted:.6g}` if the stamps are right, else {NO_STAMPS}"
-        raise InputError(f"the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; {remedy}.")
-    hz = rate.hz if rate else fitted
+        raise InputError(f"the stamps run at {fitted:.6g} Hz, not at {rate:.6g} Hz, as given; {remedy}.")
+    hz = rate or fitted
     odd, equal = np.abs(step * hz - 1.0), np.ptp(step) * hz < 1e-6
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
     line = "equal steps" if equal else f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
@@ -255,8 +245,8 @@ def judge_stamps(
         drift = t[half] / (t[2 * half] - t[half]) - 1.0 if half else 0.0
         even = odd.max() <= _EVEN + q * hz and abs(drift) <= _SAME_RATE + 4 * q / t[-1] + 4 * _EVEN / n
     if even or (resample and step.min() > 0.0):
-        words = f", taken for {stamps.guessed}" * bool(stamps.guessed)
-        return rate or Rate(hz, f"from the stamps{words}"), bool(even), line
+        source = f"from the stamps{f', taken for {stamps.guessed}' * bool(stamps.guessed)}"
+        return hz, "as given" if rate else source, bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     odd_step = f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, {1.0 / hz:.6g} s is the mean ({line})"
     remedy = f"`resample: true` interpolates onto an even grid if no two are equal, else {_REMEDY}"
