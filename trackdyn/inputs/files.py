@@ -23,6 +23,10 @@ from trackdyn.inputs.errors import InputError, shown
 if TYPE_CHECKING:
     import numpy as np
 
+LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
+MACHINE = f"{crc32(platform.node().encode()):08x}"  # machines may share a folder
+# name of a file that is being written here, with process and thread
+_PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
 _OPEN: set[Path] = set()  # files being written, removed when the process is stopped
 # called with a file that is complete and the one that it will replace
 _BEFORE_REPLACING: ContextVar[Callable[[Path, Path], None] | None] = ContextVar("before_replacing", default=None)
@@ -43,12 +47,6 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: is a pipe or a device, not a file; give the name of a file")
     return target, stat.S_IMODE(mode)
-
-
-# machines may share a folder
-MACHINE = f"{crc32(platform.node().encode()):08x}"
-# name of a file that is being written here, with process and thread
-_PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
 
 
 def _part(target: Path) -> Path:
@@ -157,9 +155,6 @@ def check_writable(path: Path | str, size: float = 0.0) -> None:
     if free < size:
         needed = f"needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free"
         raise InputError(f"{path}: {needed}; free disk space or choose another folder")
-
-
-LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, label: str, limit: int) -> bytes:

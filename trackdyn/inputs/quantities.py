@@ -18,6 +18,7 @@ from trackdyn.inputs.errors import shown
 from trackdyn.inputs.validation import Section, plain_count, plain_number
 from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
 
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel or a sensor
 WORD = "name"  # unit of values that are words
 FROM_FILE = "from a file"  # entries of a file state their units, values in Python do not
 LARGEST_VALUE = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
@@ -110,9 +111,6 @@ Inertia = Annotated[float, Quantity("kg m2", gt=0)]
 Tilt = Annotated[float, Quantity("deg", ge=-10, le=10)]
 Slope = Annotated[float, Quantity("deg", gt=-90, lt=90)]
 Friction = Annotated[float, Quantity("1", ge=0, le=2)]
-
-
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel or a sensor
 
 
 class FieldValue(NamedTuple):

@@ -23,7 +23,16 @@ FROM_THE_RIG = "of the rig"  # default of a field that is computed from the rig
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
+SectionType = TypeVar("SectionType", bound="Section")
+Typed = TypeVar("Typed", bound=Callable[..., Any])
+_INHERITED = frozenset(vars(BaseModel)) | {"__annotations__", "__private_attributes__", "__signature__"}
+# declared type -> its description in messages, and the classes that it accepts
+_ACCEPTED: dict[Any, tuple[str, tuple[type, ...]]] = {
+    bool: ("True or False", (bool, np.bool_)), float: ("a finite number", (Real,)), int: ("a whole number", (Real,)),
+    str: ("text", (str,)), Path: ("a path", (Path,)), type(None): ("None", (type(None),)),
+    Callable: ("a function", (Callable,)), Mapping: ("a mapping", (Mapping,)), dict: ("a mapping", (dict,)),
+    Sequence: ("a sequence such as a list", (Sequence, np.ndarray)), Any: ("anything", (object,)),
+}  # fmt: skip
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -53,9 +62,6 @@ class _Sentences(ModelMetaclass):
 
 def _of_pydantic(name: str) -> bool:
     return name not in ("model_copy", "__doc__", "__init__") and (name in _INHERITED or name.startswith("__pydantic_"))
-
-
-_INHERITED = frozenset(vars(BaseModel)) | {"__annotations__", "__private_attributes__", "__signature__"}
 
 
 def _refuse_change(owner: Any, name: str) -> None:
@@ -103,7 +109,6 @@ class Section(BaseModel, metaclass=_Sentences):
         cls.__signature__ = Signature([*first.values()])
 
     def __dir__(self) -> list[str]:
-        """Return the names for completion, without pydantic's own."""
         return [name for name in super().__dir__() if not _of_pydantic(name)]
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -124,9 +129,6 @@ class Section(BaseModel, metaclass=_Sentences):
         """Return whether all fields are equal; cached values computed from them are not compared."""
         fields = type(self).model_fields
         return type(self) is type(other) and all(getattr(self, name) == getattr(other, name) for name in fields)
-
-
-SectionType = TypeVar("SectionType", bound=Section)
 
 
 def not_one_of(value: Any, accepted: Iterable[str]) -> str:
@@ -171,15 +173,11 @@ def plain_number(value: Any) -> Any:
     """Return a real number, NumPy scalar or array without dimensions as a float; else raise `ValueError`."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    try:
-        if not isinstance(value, (Real, np.number)) or isinstance(value, (bool, np.bool_, np.complexfloating)):
-            raise ValueError
-        number = float(value)
-        if not isfinite(number):
-            raise ValueError
-    except (TypeError, ValueError, OverflowError):  # NumPy counts a span of time among numbers
-        raise ValueError(f"= {shown(value)}: must be a finite number") from None
-    return number
+    real = isinstance(value, (Real, np.number)) and not isinstance(value, (bool, np.bool_, np.complexfloating))
+    with suppress(TypeError, ValueError, OverflowError):  # NumPy counts a span of time among numbers
+        if real and isfinite(number := float(value)):
+            return number
+    raise ValueError(f"= {shown(value)}: must be a finite number")
 
 
 def plain_count(value: Any) -> Any:
@@ -237,16 +235,6 @@ def within(name: str, value: float, least: float, most: float, suffix: str = "")
     if not least <= number <= most:
         raise InputError(f"{name} = {number:g}: must be between {least:g} and {most:g}{suffix}")
     return number
-
-
-# declared type -> its description in messages, and the classes that it accepts
-_ACCEPTED: dict[Any, tuple[str, tuple[type, ...]]] = {
-    bool: ("True or False", (bool, np.bool_)), float: ("a finite number", (Real,)), int: ("a whole number", (Real,)),
-    str: ("text", (str,)), Path: ("a path", (Path,)), type(None): ("None", (type(None),)),
-    Callable: ("a function", (Callable,)), Mapping: ("a mapping", (Mapping,)), dict: ("a mapping", (dict,)),
-    Sequence: ("a sequence such as a list", (Sequence, np.ndarray)), Any: ("anything", (object,)),
-}  # fmt: skip
-Typed = TypeVar("Typed", bound=Callable[..., Any])
 
 
 def typed(target: Typed) -> Typed:
