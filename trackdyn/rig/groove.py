@@ -146,9 +146,8 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     """Return left, seating and right surface instead of ten arcs, a coarser tooth of the kind in Ref. [2].
 
     Each flank is one concave arc through the tip-side end and the middle of area 2 and the bottom-side end of area 3;
-    the seat is the root cylinder, about the sprocket's centre through the bottom-side ends of both flanks. Their
-    sectors end where an arc of radius ``arc_radius`` (m) touches both. The edges of the tips are arcs of no radius,
-    areas 1 and 5, without which the depth would jump.
+    the seat is the root cylinder through the bottom-side ends of both. Their sectors end where an arc of radius
+    ``arc_radius`` (m) touches both. Edges of the tips, areas 1 and 5 of no radius, keep the depth continuous.
     """
     joints = groove.joints()
     a, b, c = joints[0], groove.arc(2, 3)[1], joints[2]  # three points of the circle
@@ -172,9 +171,9 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
     ``points`` (n, 2) are their centres (m) in the frame of the groove in whose sector of half angle pi / m they are.
     Eqs. 20 to 23 search a band of width r_C along each arc; here the depth is ``r_C - s`` with the signed distance
-    ``s`` of the centre to the profile, positive in the open groove. The ten arcs with their mirror images about the
-    tooth lines are a closed curve with a continuous tangent: the closest point, at ``| |e| - r_j |`` on arcs whose
-    sector holds the centre, is exact, and its side (within a concave circle or out of a convex one) is the sign.
+    ``s`` to the profile, positive in the open groove. The ten arcs with their mirror images about the tooth lines are a
+    closed curve with a continuous tangent: the closest point, at ``| |e| - r_j |`` on arcs whose sector holds the
+    centre, is exact, and its side is the sign.
     """
     e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
     d = np.hypot(e[..., 0], e[..., 1])

@@ -10,6 +10,9 @@ from trackdyn.rig.roots import root
 
 NEARLY_ELASTIC = 1e-4  # 1 - restitution below which series replace the equation, which loses its digits
 ALMOST_ONE = 1 - 1e-15  # chi e that counts as 1: below a restitution of about 0.026 they differ by rounding
+BushingLaw = Literal["viscous", "hysteretic"]
+# frequencies at which the Maxwell elements lose most, Hz: the ends and the middle of the band of the law
+BAND, ELEMENTS = (0.5, 50.0), 3
 
 
 def _imbalance(loss, restitution):
@@ -51,12 +54,6 @@ NORMAL_LAWS = {
     "printed": NormalLaw(lambda restitution: 0.75 * (1 - restitution**2)),
     "delivered": NormalLaw(delivering_loss, unclipped=True),
 }
-
-
-BushingLaw = Literal["viscous", "hysteretic"]
-# Frequencies at which the elements lose most, Hz: the ends and the middle of the band of the law.
-BAND = (0.5, 50.0)
-ELEMENTS = 3
 
 
 def maxwell_elements(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:

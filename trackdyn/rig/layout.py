@@ -189,8 +189,7 @@ def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
 
     A load is the difference of the tensions of the two strands at the wheel: of those that turn freely the one with the
     largest wrap, where friction carries most. The lever is ``p / phi``: the chain moves by a pitch p while links that
-    do not slide turn the wheel by ``phi``, the angle of a pitch with its pins on one circle. A brake of load times
-    lever takes the load times the speed of the chain.
+    do not slide turn the wheel by ``phi``, the angle of a pitch with its pins on one circle.
     """
     lengths = body_lengths(rig, chain)
     laid = assemble(rig, lengths)
@@ -201,13 +200,10 @@ def braked_wheel(rig: Rig, chain: str = "double_pin") -> tuple[int, float]:
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
-    """Return arc lengths (n + 1,) of the pins of a chain whose chords have their exact lengths, m; or `InputError`.
-
-    Newton's method keeps every pin between half a chord and 1.6 chords after the one before it.
-    """
+    """Return arc lengths (n + 1,) of the pins of a chain whose chords have their exact lengths, m; or `InputError`."""
     # the cut joint is in the middle of the last run, where its load is the tension of that strand
     s = 0.5 * (path.start[-2] + path.start[-1]) + np.concatenate([[0.0], np.cumsum(lengths)])
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_STEPS):  # Newton's method; a pin stays 0.5 to 1.6 chords after the one before it
         pins, heading, _ = path.along(s)
         apart, tangent = np.diff(pins, axis=0), np.column_stack([np.cos(heading), np.sin(heading)])
         chord = np.hypot(*apart.T)

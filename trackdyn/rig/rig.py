@@ -24,7 +24,6 @@ from trackdyn.rig.sections import SensorParameters, Surface, TestedStep, Wheel
 if TYPE_CHECKING:
     import pandas as pd
 
-
 # relative differences of a chain from the one of its groove: of the pitch (worn out at 3 %), of the connectors' arcs
 WORN, OTHER_ARC = 0.035, 0.01
 RING_OFF = 0.05  # relative difference of a ring from the one at which links and grooves have one pitch
@@ -79,7 +78,6 @@ class Rig(Section):
         return f"{named}{self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}"
 
     def __repr__(self) -> str:
-        """Return one line (`summary`)."""
         return f"<Rig{' ' if self.name else ': '}{self.summary}>"
 
     __str__ = __repr__
@@ -167,7 +165,8 @@ class Rig(Section):
     @property
     def contact_surfaces(self) -> dict[str, Surface]:
         """Contact surfaces by name."""
-        return {name: getattr(self, name) for name in sections.CONTACTS} | self.surfaces
+        names = ("wheel_contact", "ring_contact", "tooth_contact")
+        return {name: getattr(self, name) for name in names} | self.surfaces
 
     @property
     def ring_radius(self) -> float | None:

@@ -203,13 +203,10 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
 def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
     """Return a section, or an entry, with its short forms written out; ``about`` is its kind and source."""
     if isinstance(content, dict) and not content.keys() & {"value", "unit"}:
-        own = {
-            key: word
-            for key, word in content.items()
-            # kind may be one of the section's values (``chain.kind``)
-            if (key == "source" and isinstance(word, str | None)) or (key == "kind" and word in (*KINDS, None))
-        }
-        about = about | {key: word for key, word in own.items() if word is not None}
+        own = {"source"} if isinstance(content.get("source", 0), str | None) else set()
+        # kind may be one of the section's values (``chain.kind``)
+        own |= {"kind"} if content.get("kind", 0) in (*KINDS, None) else set()
+        about = about | {key: content[key] for key in own if content[key] is not None}
         return {key: _written_out(value, f"{name}.{key}", about) for key, value in content.items() if key not in own}
     match = QUANTITY.fullmatch(content) if isinstance(content, str) else None
     if match and not about.get("source"):

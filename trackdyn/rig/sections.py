@@ -6,8 +6,10 @@ from trackdyn.inputs.quantities import Friction, Inertia, Length, Mass, Position
 from trackdyn.inputs.validation import Positive, Section
 from trackdyn.rig.laws import BushingLaw
 
-# contact surfaces that every rig has, by the name under which a wheel may ask for one
-CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
+# pull of the chain by a brake, N, at most a hundred times the weight of a heavy vehicle
+Pull = Annotated[float, Quantity("N", ge=0, le=1e7)]
+Kept = Literal["locked", "retensioned", "sprung"]
+Drag = Literal["viscous", "coulomb", "rolling"]
 
 
 class Arm(Section):
@@ -59,12 +61,6 @@ class Wheel(Section):
     def suspension(self) -> Arm | Slider | None:
         """Suspension of the wheel, an arm or a slider; None if it is fixed."""
         return self.arm or self.slider
-
-
-# pull of the chain by a brake, N, at most a hundred times the weight of a heavy vehicle
-Pull = Annotated[float, Quantity("N", ge=0, le=1e7)]
-Kept = Literal["locked", "retensioned", "sprung"]
-Drag = Literal["viscous", "coulomb", "rolling"]
 
 
 class ChainParameters(Section):
