@@ -6,24 +6,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.conftest import RIG, refused
+from tests.conftest import RIG, refused, written
 from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows
 
 
 @pytest.mark.parametrize(("text", "message"), [
-    ("", "is empty; a header"),
-    ("motor_rpm,\n1,2\n", "a column without a name"),
-    ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"),
-    ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"),
-    ('motor_rpm\n"1\n', "is not CSV"),
+    ("", "is empty; a header"), ("motor_rpm,\n1,2\n", "a column without a name"), ('motor_rpm\n"1\n', "is not CSV"),
+    ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"), ("motor_rpm\n", "has no rows"),
+    ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"), ("ramp\n1\n", "no column motor_rpm"),
     ("motor_rpm,speed\n1,2\n", "'speed' is not a column of a design"),
     ("motor_rpm,road_1.arm\n1,2\n", "'road_1.arm' is not a column"),
-    ("ramp\n1\n", "no column motor_rpm"),
-    ("motor_rpm\n", "has no rows"),
 ])  # fmt: skip
 def test_a_file_that_is_no_design_is_refused(tmp_path, text, message):
-    (path := tmp_path / "d.csv").write_text(text, encoding="utf-8")
-    refused(read_design, path, words=[message])
+    refused(read_design, written(tmp_path / "d.csv", text), words=[message])
 
 
 def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
@@ -76,14 +71,11 @@ def test_a_default_and_the_same_value_stated_have_other_keys_where_a_rig_decides
 
 
 @pytest.mark.parametrize(("column", "value", "message"), [
-    ("ring_radius", "", "ring_radius is empty"),
-    ("ring_radius", np.nan, "ring_radius is empty"),
-    ("motor_rpm", " ", "motor_rpm is empty; a speed in rev/min is needed"),
-    ("motor_rpm", "0.0", "motor_rpm = 0: must be above 0"),
+    ("ring_radius", "", "ring_radius is empty"), ("ring_radius", np.nan, "ring_radius is empty"),
+    ("motor_rpm", " ", "motor_rpm is empty; a speed in rev/min is needed"), ("step", ";", "step has no number"),
+    ("motor_rpm", "0.0", "motor_rpm = 0: must be above 0"), ("rig", "no.yaml", "no.yaml: no such file"),
     ("step", "abc 1e-4", "step = 'abc': must be a finite number"),
     ("step", [1e-4, -1e-4], "step = -0.0001: must be between"),
-    ("step", ";", "step has no number"),
-    ("rig", "no.yaml", "no.yaml: no such file"),
 ])  # fmt: skip
 def test_a_cell_without_a_value_is_the_rows_reason(column, value, message):
     assert message in only({"motor_rpm": "115"} | {column: value}).reason
@@ -96,7 +88,7 @@ def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch)
     def key(base="", mine="like: base.yaml\n", rpm=1):
         texts = {"base.yaml": f"like: {RIG}\n{base}", "mine.yaml": mine, "d.csv": f"motor_rpm,rig\n{rpm},mine.yaml\n"}
         for name, text in texts.items():
-            Path(name).write_text(text, encoding="utf-8")
+            written(Path(name), text)
         return content_key("d.csv", "bench")
 
     heavier = key("chain: {source: assumed, link_mass: 12 kg}\n")

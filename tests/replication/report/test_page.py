@@ -88,19 +88,15 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(copy):
         assert words in page and words not in own
 
 
-def carried(text, name):
-    """Data that a page carries compressed."""
-    packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)
-    return gzip.decompress(base64.b64decode(packed)).decode("utf-8")
-
-
 def test_the_page_carries_everything_is_small_and_the_same_for_the_same_results(results, page_file):
     text = page_file.read_text(encoding="utf-8")
     assert text == of_paper(results)
     # a full run adds 2.8 MB of pictures and data; 5 MB is the limit
     assert page_file.stat().st_size < 0.6e6
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
-    assert json.loads(carried(text, "data"))["files"].keys() >= {"claims.csv", "metrics.csv"}
+    packed = re.search('<script type="application/gzip" id="data">(.*?)</script>', text)[1]
+    data = json.loads(gzip.decompress(base64.b64decode(packed)))
+    assert data["files"].keys() >= {"claims.csv", "metrics.csv"}
     assert text.count("data:image/webp") == 6  # every figure once
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
 
