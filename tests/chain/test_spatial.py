@@ -11,8 +11,7 @@ from trackdyn.integrate.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.model.arrays import Plane, make_space_work, make_state, make_work
 from trackdyn.model.constants import Chain, Space
 
-# Both solve systems with condition numbers up to some 1e5 in double precision: 1e-16 x 1e5 is 1e-11; two decades
-# for sums over the bodies and the rank decision of the least squares.
+# Both solve systems with condition numbers up to 1e5: 1e-11, and two decades for sums and the rank of least squares.
 RELATIVE = 1e-9
 
 

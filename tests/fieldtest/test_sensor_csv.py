@@ -37,7 +37,6 @@ def raw(header, values):
 
 
 def each(count, row, header=""):
-    """A file whose rows are a function of their numbers."""
     return header + "\n" * bool(header) + "".join(row(k) + "\n" for k in range(count))
 
 

@@ -13,8 +13,7 @@ from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.rig.layout import body_lengths
 from trackdyn.simulation.energy_balance import energy_residual
 
-# printed in the paper (C01)
-GAP = 1.1e-10
+GAP = 1.1e-10  # m, printed in the paper (C01)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +47,6 @@ def test_open_work_halves_with_the_step(make_scene, ring):
 
 
 def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
-    """Kinematics: the link's speed along the belt is 13 pitches times the sprocket's frequency."""
     scene = make_scene(150.0, duration=3.0, lead_in=2.0)
     recording = recorded(scene, frame_interval=0.5)
     # mean rate of all bodies: one turn a loop revolution
