@@ -108,12 +108,13 @@ def test_every_link_gives_measures_with_errors():
 
 def test_a_row_takes_the_first_of_its_steps_that_comes_out():
     """1e-3 s is beyond the limit of the contacts, and 2e-3 s beyond any step."""
-    table = design(3).assign(preset=None, step=["0.001 0.0001", "0.0001", "0.002; 0.001"])
-    swept = sweep(table, rig=RIG, jobs=1)
-    assert swept.state.tolist() == ["done", "done", "refused"], swept.reason.tolist()
-    single = sweep(design(1).assign(preset=None, step=1e-4), rig=RIG, jobs=1)
-    assert swept.step_s[0] == 1e-4 and swept.rms_g[0] == single.rms_g[0]
-    assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=RIG, jobs=1).reason[2]
+    several, single = (
+        sweep(design(3).assign(preset=None, step=steps), rig=RIG, jobs=1)
+        for steps in (["0.001 0.0001", "0.0001", "0.002; 0.001"], [1e-4, 1e-4, 1e-3])
+    )
+    assert several.state.tolist() == single.state.tolist() == ["done", "done", "refused"], several.reason.tolist()
+    assert several.step_s[0] == 1e-4 and several.rms_g[0] == single.rms_g[0]
+    assert several.reason[2] == single.reason[2]
 
 
 # Rows that wait until there are fewer rows in the store than a file of the test allows.

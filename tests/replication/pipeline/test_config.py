@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from snakemake.utils import update_config
 
-from tests.conftest import ROOT, refused
+from tests.conftest import ROOT, refused, written
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
@@ -62,11 +62,10 @@ def test_shipped_configurations_are_valid(path):
 
 
 def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
-    mine, base = tmp_path / "mine.yaml", tmp_path / "base.yaml"
-    base.write_bytes(Path(BASE).read_bytes())
-    mine.write_text("records: {ramp_s: 0}\n", encoding="utf-8")
+    text = Path(BASE).read_text(encoding="utf-8")
+    base, mine = written(tmp_path / "base.yaml", text), written(tmp_path / "mine.yaml", "records: {ramp_s: 0}\n")
     refused(check_layers, [base, QUICK, mine], {}, update_config, start=f"{mine}: records.ramp_s = 0")
-    base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
+    written(base, text + "more: 1\n")
     refused(check_layers, [base, QUICK, mine], {}, update_config, start=f"{base}: more is not a known parameter")
 
 
@@ -101,14 +100,13 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
 def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     """Nothing that the base states for its own rig is asked of another one, unless the file states it, too."""
-    mine = tmp_path / "mine.yaml"
-    mine.write_text(f"rig: {rig}\n", encoding="utf-8")
+    mine = written(tmp_path / "mine.yaml", f"rig: {rig}\n")
     config, loaded, scenes = check_layers([BASE, mine], {}, update_config)
     assert (config.sensor_files, config.synthetic, config.default_studies) == ([], None, [])
     assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
     assert all(scene.rig is loaded and scene.step is None for scene in scenes.values())
     radius = config.ring_study.radii_m[3]
-    mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\ndefault_studies: [trade]\n", encoding="utf-8")
+    written(mine, f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\ndefault_studies: [trade]\n")
     for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):
         config = check_layers(files, stated, update_config)[0]
         assert (config.ring_study.radii_m, config.sensor_csv) == ([radius], None)
@@ -117,8 +115,8 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
 def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     """Also in a quick run; other codes have models only of the article's rig."""
-    mine = tmp_path / "mine.yaml"
-    mine.write_text(f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n", encoding="utf-8")
+    text = f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n"
+    mine = written(tmp_path / "mine.yaml", text)
     config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
     assert config.peers is None and check_layers([BASE, QUICK], {}, update_config)[0].peers
     assert not config.is_paper and check_layers([BASE, QUICK], {}, update_config)[0].is_paper
@@ -144,7 +142,7 @@ def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
     assert f"{tmp_path / '115.csv'} does not exist; every speed" in refusal(data)
     data |= {"sensor_csv": "data/synthetic/{rpm}rpm.csv", "sensor_mapping": str(tmp_path / "logger.yaml")}
     assert "logger.yaml: no such file" in refusal(data)
-    (tmp_path / "logger.yaml").write_text("unit: inch/s2\n", encoding="utf-8")
+    written(tmp_path / "logger.yaml", "unit: inch/s2\n")
     assert "logger.yaml: unit = 'inch/s2':" in refusal(data)
-    (tmp_path / "logger.yaml").write_text("axes: {ay: -ax}\n", encoding="utf-8")
+    written(tmp_path / "logger.yaml", "axes: {ay: -ax}\n")
     check_config(data, "mine.yaml")
