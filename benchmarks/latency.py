@@ -20,7 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-COMMAND = [sys.executable, "-c", "from trackdyn.__main__ import main; main()"]
+COMMAND = [sys.executable, "-m", "trackdyn"]
 SIMULATE = [*COMMAND, "simulate", "{folder}/run.npz", "-q", "--rpm", "115"]
 STEPS = """
 import time

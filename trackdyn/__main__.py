@@ -3,6 +3,7 @@
 Signals are handled before the package is imported, since an exception during the compiler's imports can crash it.
 """
 
+import gc
 import os
 import signal
 import sys
@@ -21,11 +22,18 @@ def main() -> None:
     """Handle signals, then run the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave)
+    gc.set_threshold(10_000)  # imports make half a million objects, among which garbage is else sought 700 by 700
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read about every installed package
     from trackdyn.commands.cli import main as run
 
     run()
 
 
-if __name__ == "__main__":
+def command() -> None:
+    """Run the command as a process of its own, which ends with it."""
     main()
+    sys.modules["trackdyn.inputs.files"].end_process()
+
+
+if __name__ == "__main__":
+    command()

@@ -5,6 +5,7 @@ it imports only modules that load at once.
 """
 
 import fcntl
+import gc
 import os
 import resource
 import shutil
@@ -26,6 +27,7 @@ def run_job(task):
     if task.__module__ != "__main__":
         return task
     from trackdyn.inputs.errors import TrackdynError
+    from trackdyn.inputs.files import end_process
 
     job = sys.modules["__main__"].snakemake
     _join(job.log[0])
@@ -50,6 +52,7 @@ def run_job(task):
             if costs := os.environ.get(COSTS):
                 with suppress(OSError), open(costs, "a", encoding="utf-8") as file:  # one write: jobs run in parallel
                     file.write("".join(f"{line}\n" for line in (*compiled, f"{seconds:.1f} {job.log[0]}")))
+    end_process()
     return task
 
 
@@ -137,3 +140,4 @@ def _leave(number, _):
 if hasattr(sys.modules["__main__"], "snakemake"):  # a script of the workflow: the rest of its imports takes a second
     for stop in (signal.SIGINT, signal.SIGTERM):
         signal.signal(stop, _leave)
+    gc.set_threshold(10_000)  # as for the command
