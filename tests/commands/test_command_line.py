@@ -29,6 +29,16 @@ def test_help_and_lists_load_no_numerical_library(line):
     assert not modules & {*HEAVY, "numpy"} and printed.strip()
 
 
+@pytest.mark.parametrize(("begin", "after"), [
+    ("pass", []), ("atexit.register(print, 'handled')", ["handled"]),
+    ("threading.Thread(target=lambda: (time.sleep(0.5), print('joined'))).start()", ["after", "joined"]),
+])  # fmt: skip
+def test_a_command_ends_its_process_unless_a_thread_is_waited_for(begin, after):
+    code = f"import atexit, threading, time; from trackdyn.__main__ import command; {begin}; command(); print('after')"
+    printed = python(code, "--version").out.splitlines()
+    assert printed[0].startswith("trackdyn ") and printed[1:] == after
+
+
 @pytest.mark.parametrize(("line", "code"), [
     ("new rig.yaml", 0), ("simulate run.npz --choose chain=belt --ring-radius none --duration 12 --quiet", 0),
     ("simulate run.npz --rpm 1e9", 1), ("simulate run.npz --step 1e-2", 1), ("simulate run.txt", 1),
