@@ -15,7 +15,7 @@ from matplotlib.transforms import blended_transform_factory
 from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.verdicts import JAMMED
-from trackdyn.measure.cells import listed, significant
+from trackdyn.measure.columns import listed, significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE

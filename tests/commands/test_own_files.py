@@ -40,7 +40,7 @@ def folder(tmp_path, monkeypatch):
         return done
 
     for name in (
-        "measure.ring_advice.advice", "measure.ring_advice.compared", "commands.studies._comparison_rows",
+        "measure.ring_rule.advice", "measure.ring_rule.compared", "commands.studies._comparison_rows",
         "commands.studies._notes", "commands.studies._check_meshing",
     ):  # fmt: skip
         monkeypatch.setattr(f"trackdyn.{name}", lambda *_: [])

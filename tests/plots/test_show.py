@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import refused
-from trackdyn.measure.cells import with_error
-from trackdyn.measure.columns import heading
+from trackdyn.measure.columns import heading, with_error
 from trackdyn.plots.show import _page, geometry, show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop

@@ -10,8 +10,16 @@ from tests.conftest import refused, run_command
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.metrics import total_errors
-from trackdyn.measure.ring_advice import advice, compared, held_for
-from trackdyn.measure.ring_rule import SPAN, DurationRule, RingRule, windows, with_tooth_forces
+from trackdyn.measure.ring_rule import (
+    SPAN,
+    DurationRule,
+    RingRule,
+    advice,
+    compared,
+    held_for,
+    windows,
+    with_tooth_forces,
+)
 from trackdyn.measure.stopping import run_steady
 from trackdyn.plots.ring_study import force_figure
 from trackdyn.rig.rig import load_rig

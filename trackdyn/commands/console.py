@@ -94,7 +94,7 @@ def load(recording) -> None:
 
 def measures(recording, rows: list[dict]) -> None:
     """Print the measures of a recording (`metrics.shown_measures`), and those that need a longer one."""
-    from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
+    from trackdyn.measure.columns import HALF_WIDTH, plain, with_error
     from trackdyn.measure.metrics import needed_lengths, unknown_step_errors
 
     for row in rows:
@@ -125,7 +125,7 @@ def plan(plan) -> None:
 def answer(answer) -> None:
     """Print the measures of a run that ends by their tolerances (`planner.StopResult`)."""
     from trackdyn.measure.catalogue import NAMED
-    from trackdyn.measure.cells import HALF_WIDTH, plain, with_error
+    from trackdyn.measure.columns import HALF_WIDTH, plain, with_error
 
     for name, estimate in answer.measures.items():
         message, column = "converged" if answer.reached[name] else "tolerance not reached", NAMED[name].column

@@ -143,7 +143,7 @@ def _compare(recording, record, path: str):
     import pandas as pd
 
     from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words
-    from trackdyn.measure.cells import STANDARD_ERROR, cell, plain, with_error
+    from trackdyn.measure.columns import STANDARD_ERROR, cell, plain, with_error
 
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")

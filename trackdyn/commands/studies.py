@@ -57,8 +57,7 @@ def ring(
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and recommends one for both.
     """
-    from trackdyn.measure.ring_advice import advice, compared, held_for
-    from trackdyn.measure.ring_rule import DurationRule, RingRule
+    from trackdyn.measure.ring_rule import DurationRule, RingRule, advice, compared, held_for
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.rig.rig_file import rig_path
     from trackdyn.scene.rings import study_radii
@@ -169,7 +168,7 @@ def _notes(study, rig, lost) -> list[str]:
 
 def _comparison_rows(rings) -> list[dict]:
     """Return rows of the page on the rings of the advice: forces, work, tension, power and contact durations."""
-    from trackdyn.measure.cells import significant
+    from trackdyn.measure.columns import significant
     from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
 

@@ -13,7 +13,7 @@ from trackdyn.fieldtest.sensor_mapping import SensorMapping
 from trackdyn.inputs.errors import InputError, naming
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.catalogue import ACCELERATION
-from trackdyn.measure.cells import significant
+from trackdyn.measure.columns import significant
 from trackdyn.measure.estimators import Sensed
 from trackdyn.measure.metrics import total_errors
 from trackdyn.measure.sensor import SensorSignal, measured_loop_hz, sense

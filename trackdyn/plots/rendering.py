@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.measure.cells import cell
-from trackdyn.measure.columns import groups, heading, words
+from trackdyn.measure.columns import cell, groups, heading, words
 
 HERE = Path(__file__).parent
 CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import scipy  # `scipy.stats` is loaded at first use: it takes a second
 
-from trackdyn.measure.cells import listed
+from trackdyn.measure.columns import listed
 
 TABLE = "data/plausible/grip.csv"
 LAW = ["law", "transition_velocity", "friction_static", "shear_stiffness"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.inputs.files import write_csv
-from trackdyn.measure.cells import listed, significant
+from trackdyn.measure.columns import listed, significant
 from trackdyn_replication.paper import claims
 from trackdyn_replication.paper.claims import GROUPS, INDEPENDENT, JUDGED, MET, NOT_COMPARABLE, NOT_MET, VERDICTS
 from trackdyn_replication.paper.evidence import collect

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.cells import listed, significant
+from trackdyn.measure.columns import listed, significant
 from trackdyn_replication.paper.claims import MET
 
 FOLDER = "data/plausible"

@@ -10,7 +10,7 @@ import pandas as pd
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.catalogue import NAMED
-from trackdyn.measure.cells import significant
+from trackdyn.measure.columns import significant
 from trackdyn.measure.ring_rule import DurationRule, RingRule, with_tooth_forces
 from trackdyn_replication.paper.claims import NO_TEST
 from trackdyn_replication.paper.finding import TABLE as GRIP

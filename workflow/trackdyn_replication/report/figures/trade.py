@@ -15,7 +15,7 @@ from matplotlib.transforms import Bbox
 
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import NAMED
-from trackdyn.measure.cells import significant
+from trackdyn.measure.columns import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.choices import PRESETS
 from trackdyn_replication.study.accuracy.record_statistics import LEAD_IN

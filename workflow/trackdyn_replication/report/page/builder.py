@@ -17,9 +17,8 @@ from PIL import Image
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import read_npz, write_text
 from trackdyn.jit import source_hash
-from trackdyn.measure.cells import significant
-from trackdyn.measure.ring_advice import advice
-from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule
+from trackdyn.measure.columns import significant
+from trackdyn.measure.ring_rule import COMPARED, DurationRule, RingRule, advice
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
 from trackdyn.version import __version__
