@@ -15,7 +15,7 @@ from trackdyn.fieldtest.compare import compare_with_sensor, doubts_of, in_words,
 from trackdyn.fieldtest.figures import comparison_figure
 from trackdyn.fieldtest.sensor_csv import SensorRecord
 from trackdyn.fieldtest.sensor_mapping import load_mapping
-from trackdyn.measure.estimators import record_metrics
+from trackdyn.measure.estimators import sensor_metrics
 from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz
 from trackdyn.measure.spectra import rms
@@ -82,9 +82,10 @@ def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
     t = np.arange(3 * round(loop)) / rate
     ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
     for n in [*range(round(1.98 * loop), round(2.5 * loop), 3), *range(round(2 * loop) - 5, round(2 * loop) + 5)]:
-        metrics = record_metrics(ay[:n], rate, hz)
+        measured = measured_loop_hz(ay[:n], rate, hz)
+        metrics = sensor_metrics(ay[:n], rate, measured)
         if n >= 2 * loop:
-            assert measured_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
+            assert measured == pytest.approx(hz, rel=1e-4), n
         assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * loop - 1e-3), n
 
 

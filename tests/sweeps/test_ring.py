@@ -8,18 +8,10 @@ import pytest
 
 from tests.conftest import refused, run_command
 from trackdyn.inputs.errors import TrackdynError
+from trackdyn.measure import ring_rule
 from trackdyn.measure.estimators import meshing_summary
 from trackdyn.measure.metrics import total_errors
-from trackdyn.measure.ring_rule import (
-    SPAN,
-    DurationRule,
-    RingRule,
-    advice,
-    compared,
-    held_for,
-    windows,
-    with_tooth_forces,
-)
+from trackdyn.measure.ring_rule import SPAN, DurationRule, RingRule, advice, compared, windows, with_tooth_forces
 from trackdyn.measure.stopping import run_steady
 from trackdyn.plots.ring_study import force_figure
 from trackdyn.rig.rig import load_rig
@@ -401,8 +393,8 @@ def test_the_advice_names_its_loads_and_the_drag():
         (free, "a track that pulls nothing: the motor overcomes its own drag, 226 to 414 N"),
         (loaded_study(), "loads of 0 and 3000 N on the chain, in addition to its own drag, 227 to 415 N"),
     ):
-        assert held_for(table, RULE, BENCH) == f"this holds for {text}"
-    assert "overcomes its own drag" in held_for(free.assign(motor_power_w=float("nan")), RULE, BENCH)
+        assert ring_rule.held_for(table, RULE, BENCH) == f"this holds for {text}"
+    assert "overcomes its own drag" in ring_rule.held_for(free.assign(motor_power_w=float("nan")), RULE, BENCH)
 
 
 def test_a_load_is_a_series_of_the_figures():

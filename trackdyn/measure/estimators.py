@@ -8,7 +8,7 @@ import numpy as np
 from trackdyn.measure import spectra
 from trackdyn.measure.catalogue import ACCELERATION, OF_SIDES
 from trackdyn.measure.contacts import passage_arrays, sampled_shares
-from trackdyn.measure.sensor import measured_loop_hz, whole_revolutions
+from trackdyn.measure.sensor import whole_revolutions
 from trackdyn.measure.uncertainty import NAN, LineError, Series, batch_degrees, line_error, ratio_values, turn_error
 from trackdyn.simulation.recording import Recording
 
@@ -60,11 +60,6 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
         if column.text:
             row[column.name], row[column.error] = estimator(sensed)
     return row
-
-
-def record_metrics(ay, rate: float, expected_hz: float) -> dict:
-    """Return `sensor_metrics` of a record ``ay`` at the loop frequency that it has near ``expected_hz`` (Hz)."""
-    return sensor_metrics(ay, rate, measured_loop_hz(ay, rate, expected_hz))
 
 
 def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Series]:

@@ -15,21 +15,13 @@ RESOLUTION = 0.01  # of the paper's times of events, s
 AFTER_TOUCH = "after the touch"
 FLIGHT = 0.1  # turns of the sprocket: longer than the flight of an arc after an impact that rebounds
 EVENTS_WITHOUT_RING = {
-    "first left": ("left", "start_s"),
-    "first right": ("right", "start_s"),
-    "left maximum": ("left", "peak_s"),
-    "right maximum": ("right", "peak_s"),
-    "right gone": ("right", "end_s"),
-    "out": ("arcs", "end_s"),
-}
+    "first left": ("left", "start_s"), "first right": ("right", "start_s"), "left maximum": ("left", "peak_s"),
+    "right maximum": ("right", "peak_s"), "right gone": ("right", "end_s"), "out": ("arcs", "end_s"),
+}  # fmt: skip
 EVENTS_WITH_RING = {
-    "ring touched": ("ring", "start_s"),
-    "ring maximum": ("ring", "peak_s"),
-    "left touches": ("left", "start_s"),
-    "left maximum": ("left", "peak_s"),
-    "ring left": ("ring", "end_s"),
-    "out": ("arcs", "end_s"),
-}
+    "ring touched": ("ring", "start_s"), "ring maximum": ("ring", "peak_s"), "left touches": ("left", "start_s"),
+    "left maximum": ("left", "peak_s"), "ring left": ("ring", "end_s"), "out": ("arcs", "end_s"),
+}  # fmt: skip
 
 
 def peaks(recording: Recording, side: str) -> pd.DataFrame:

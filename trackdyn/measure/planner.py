@@ -20,21 +20,11 @@ import numpy as np
 
 from trackdyn.inputs.errors import InputError, TrackdynError
 from trackdyn.inputs.validation import typed, within
+from trackdyn.measure import uncertainty
 from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
-from trackdyn.measure.uncertainty import (
-    COVERAGE,
-    DRIFT,
-    LEAST_PASSAGES,
-    Estimate,
-    Series,
-    TotalError,
-    difference,
-    drifts,
-    extrapolated,
-    judge_series,
-)
+from trackdyn.measure.uncertainty import COVERAGE, LEAST_PASSAGES, Estimate, Series, TotalError
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import LONGEST_RUN, Periods, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
@@ -202,9 +192,9 @@ class Plan(NamedTuple):
 def _judge_record(margins: Mapping[str, float], least: float, recording: Recording) -> tuple[tuple, bool]:
     """Judge a record by its measures, without a drift at its beginning; at least ``least`` seconds must remain."""
     measures, passage, skipped = series(recording, margins), recording.periods.passage, 0
-    while drifts(rest := {name: measure.between(skipped) for name, measure in measures.items()}, margins):
+    while uncertainty.drifts(rest := {name: measure.between(skipped) for name, measure in measures.items()}, margins):
         skipped += max((int(recording.seconds / passage) - skipped) // 2, 1)
-    cut, means, reached = judge_series(rest, margins)
+    cut, means, reached = uncertainty.judge_series(rest, margins)
     cut = max(cut, skipped)
     long_enough = recording.seconds - cut * passage >= (1 - 1e-6) * least
     reached = {name: value and long_enough for name, value in reached.items()}
@@ -260,7 +250,12 @@ def plan(
     passages, tried = float(LEAST_PASSAGES + 1), list[Trial]()
     for trial in choices:
         if trial is not steady:
-            _start(start, trial)
+            try:  # to begin the record of the setting
+                loop = start.changed(**trial.fields)
+                loop.advance(WARM_UP * loop.scene.periods.passage)
+                trial.recorder, trial.skipped = _recorder(loop), WARM_UP
+            except TrackdynError as error:
+                trial.refused = str(error)
         tried.append(trial)
         passages = _compare(tried, tolerances, passages, scene.periods, longest, bound)
         if chosen := _cheapest(tried, tolerances, bound):
@@ -360,7 +355,7 @@ def _settled(rest: Loop, choices: list[Trial], tolerances: Mapping[str, float], 
 
 
 def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]) -> bool:
-    """Return whether the last two turns differ by at most `DRIFT` of the tolerances, or changes alternate in sign."""
+    """Return whether the last two turns agree to `uncertainty.DRIFT` of tolerances, or changes alternate in sign."""
     for name, tolerance in tolerances.items():
         values = [turn[name] for turn in turns[-3:] if name in turn]
         changes = np.diff(values)
@@ -369,7 +364,7 @@ def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]
                 return False
             continue  # a side without contact does not drift
         reversed_sign = len(changes) > 1 and changes[0] * changes[1] < 0  # scatter, which no longer lead-in reduces
-        if abs(changes[-1]) > DRIFT * tolerance * (scale_of(name, values[-1]) or 0.0) and not reversed_sign:
+        if abs(changes[-1]) > uncertainty.DRIFT * tolerance * (scale_of(name, values[-1]) or 0.0) and not reversed_sign:
             return False
     return True
 
@@ -395,16 +390,6 @@ def _recorder(loop: Loop) -> Recorder:
     scene = loop.scene
     lead_in = whole_samples(scene.rig.rate, max(loop.time - scene.ramp, 0.0))
     return Recorder(loop, scene.with_(lead_in=lead_in), checked=False, capacity=PEAK_TURNS * scene.periods.turn)
-
-
-def _start(start: Loop, trial: Trial) -> None:
-    """Begin the record of a setting."""
-    try:
-        loop = start.changed(**trial.fields)
-        loop.advance(WARM_UP * loop.scene.periods.passage)
-        trial.recorder, trial.skipped = _recorder(loop), WARM_UP
-    except TrackdynError as error:
-        trial.refused = str(error)
 
 
 def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> None:
@@ -437,10 +422,10 @@ def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
     last = min(trial.skipped + int(trial.seconds / passage + 1e-6) for trial in running)  # passages since their start
     for name in tolerances:
         common = {trial: trial.measures[name].between(0, last - trial.skipped) for trial in running}
-        limit = extrapolated(common[finest], common[coarser], weight)
+        limit = uncertainty.extrapolated(common[finest], common[coarser], weight)
         scale = scale_of(name, common[finest].estimate().value)
         for trial, run in common.items():
-            bias, bias_error = difference(run, limit)
+            bias, bias_error = uncertainty.difference(run, limit)
             _, error, half_width = trial.measures[name].estimate()
             errors = abs(bias), COVERAGE * bias_error, half_width, COVERAGE * error
             trial.error[name] = TotalError(*(value / scale for value in errors))

@@ -139,16 +139,14 @@ def high_passed(a, rate_hz: float) -> np.ndarray:
     return np.fft.irfft(lines, len(extended), axis=0)[n - 1 : 2 * n - 1]
 
 
-def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
-    """Return the RMS of whole periods at and above a corner frequency (Hz), by Parseval's sum over the spectrum."""
+def high_frequency_rms(a, rate_hz: float) -> float:
+    """Return the RMS of whole periods at and above 20 Hz, by Parseval's sum over the spectrum."""
     a = _signal(a)
     freq, amplitude = spectrum(a, rate_hz)
-    # A sine of amplitude A carries A^2/2; the mean and the Nyquist line carry A^2.
-    power = 0.5 * amplitude**2
-    power[0] *= 2.0
+    power = 0.5 * amplitude**2  # of a sine; the Nyquist line of an amplitude A carries A^2
     if a.size % 2 == 0:
         power[-1] *= 2.0
-    return float(np.sqrt(np.sum(power[freq >= above_hz])))
+    return float(np.sqrt(np.sum(power[freq >= HIGH_HZ])))
 
 
 def _signal(a):

@@ -46,16 +46,11 @@ def without_beginning(recording: Recording, seconds: float) -> Recording:
     begin, count = recording.begin + first / recording.rate, len(recording.time) - first
     lead_in = recording.scene.lead_in + first / recording.rate
     scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": 0.0}
-    return replace(
-        recording,
-        time=recording.time[:count],
-        contact_log=recording.contact_log[recording.contact_log["start_s"] > begin],
-        begin=begin,
-        frame=recording.frame[:0],
-        frame_time=recording.frame_time[:0],
-        meta=recording.meta | {"scene": recording.meta["scene"] | scene},
-        **{name: getattr(recording, name)[first:] for name in SAMPLED},
-    )
+    meta = recording.meta | {"scene": recording.meta["scene"] | scene}
+    arrays = {name: getattr(recording, name)[first:] for name in SAMPLED}
+    arrays |= {name: getattr(recording, name)[:0] for name in ("frame", "frame_time")}
+    arrays["contact_log"] = recording.contact_log[recording.contact_log["start_s"] > begin]
+    return replace(recording, time=recording.time[:count], begin=begin, meta=meta, **arrays)
 
 
 def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None) -> tuple[Recording, bool]:

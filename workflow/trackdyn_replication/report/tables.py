@@ -17,7 +17,8 @@ from trackdyn.fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import described
-from trackdyn.measure.estimators import record_metrics
+from trackdyn.measure.estimators import sensor_metrics
+from trackdyn.measure.sensor import measured_loop_hz
 from trackdyn.measure.spectra import LEAST_PERIODS
 from trackdyn.rig.groove import Groove
 from trackdyn.rig.rig import load_rig, parameter_table
@@ -43,8 +44,9 @@ def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.
     """Yield speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
     runs = metrics.set_index("rpm")
     for rpm, record in sorted(sensors.items()):
+        signal = record and (record.ay, record.rate)
         run = runs.loc[rpm]
-        yield rpm, run, record and record_metrics(record.ay, record.rate, run["line_hz_binfree"])
+        yield rpm, run, signal and sensor_metrics(*signal, measured_loop_hz(*signal, run["line_hz_binfree"]))
 
 
 def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
