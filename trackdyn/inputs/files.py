@@ -53,9 +53,8 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
 
 def _part(target: Path) -> Path:
     """Return the temporary name under which a file is written: one per process and thread."""
-    return target.with_name(
-        f".{target.stem}.{MACHINE}-{os.getpid()}-{threading.get_native_id()}.trackdyn-part{target.suffix}"
-    )
+    name = f".{target.stem}.{MACHINE}-{os.getpid()}-{threading.get_native_id()}.trackdyn-part{target.suffix}"
+    return target.with_name(name)
 
 
 def is_gone(process: int) -> bool:

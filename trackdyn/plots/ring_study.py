@@ -97,10 +97,8 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
         handles.append(Line2D([], [], **THICK))
         labels.append(f"{CHOSEN}: {chosen:.4g} m")
     figure.legend(handles, labels, loc="outside lower center", ncols=4, columnspacing=0.9)
-    tooth.set_title("Largest force in a passage, mean over passages")
-    tooth.set_ylabel("of a tooth (kN)")
-    ring.set_ylabel("of a link on the ring (kN)")
-    ring.set_xlabel("radius of the ring (m)")
+    tooth.set(title="Largest force in a passage, mean over passages", ylabel="of a tooth (kN)")
+    ring.set(xlabel="radius of the ring (m)", ylabel="of a link on the ring (kN)")
     figure.align_ylabels()
     return figure
 
@@ -157,11 +155,9 @@ def _panels(study, columns, unit: str, title: str, marks: Mapping[str, float]) -
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
     looks = (("green" if mark == CHOSEN else "broken", mark, radius) for mark, radius in marks.items())
     lines = [*(f"{look} line, {radius:.4g} m: {mark}" for look, mark, radius in looks), *lines, note]
-    handles, labels = axes[0].get_legend_handles_labels()
-    note = "\n".join(textwrap.fill(line, 55) for line in lines)
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL, columnspacing=0.8
-    )
+    title_of_legend = {"title": "\n".join(textwrap.fill(line, 55) for line in lines), "title_fontsize": SMALL}
+    look = {"loc": "outside lower center", "ncols": 4, "columnspacing": 0.8}
+    figure.legend(*axes[0].get_legend_handles_labels(), **look, **title_of_legend)
     axes[0].set_title(title)
     figure.supylabel(unit, fontsize=8)
     figure.align_ylabels()

@@ -61,9 +61,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     half, (between, reach, misses) = pi / teeth, _joints(arcs)
     if (apart := (misses > TANGENT) | (reach == 0)).any():
         k = int(apart.argmax())
-        remedy = f"centres {abs(reach[k]):.6g} m apart would be tangent"
-        gap = f"miss each other by {1e3 * misses[k]:.3g} mm"
-        raise InputError(f"profile.arcs: arcs {k + 1} and {k + 2} {gap}; {remedy}")
+        gap = f"arcs {k + 1} and {k + 2} miss each other by {1e3 * misses[k]:.3g} mm"
+        raise InputError(f"profile.arcs: {gap}; centres {abs(reach[k]):.6g} m apart would be tangent")
     ends = np.array([-half, *np.arctan2(*(between / reach[:, None]).T), 0.0])
     for name, miss in (
         ("the first arc is not centred on the tooth line", abs(centre[0, 0] * cos(half) + centre[0, 1] * sin(half))),

@@ -64,9 +64,8 @@ def belt_path(circles, names=None) -> BeltPath:
     distance = np.hypot(dx, dy)
     if (contained := distance <= np.abs(wider)).any():
         i = int(contained.argmax())
-        wheels, remedy = f"{names[i]} and {names[(i + 1) % len(names)]}", f"must exceed {abs(wider[i]):.4g} m"
-        apart = f"are {distance[i]:.4g} m apart and overlap with the chain on them"
-        raise InputError(f"wheels {wheels} {apart}; the distance {remedy}")
+        apart = f"wheels {names[i]} and {names[(i + 1) % len(names)]} are {distance[i]:.4g} m apart"
+        raise InputError(f"{apart} and overlap with the chain on them; the distance must exceed {abs(wider[i]):.4g} m")
     heading = np.arctan2(dy, dx) + np.arcsin(wider / distance)
     wrap = (np.roll(heading, 1) - heading) % (2 * pi)
     if abs(wrap.sum() - 2 * pi) > 1e-9:
@@ -154,9 +153,8 @@ def check_overlap(rig: Rig, centres: np.ndarray) -> None:
         distance, needed = hypot(*(centres[i] - centres[k])), _needed(solid, i, k)
         # the end of a travel (`travel_range`) is such a distance
         if distance < needed * (1 - 1e-9):
-            wheels = f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m)"
-            remedy = f"the distance must exceed {needed:.4g} m"
-            raise InputError(f"{wheels} are {distance:.4g} m apart and overlap; {remedy}")
+            pair = f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m)"
+            raise InputError(f"{pair} are {distance:.4g} m apart and overlap; the distance must exceed {needed:.4g} m")
 
 
 def _needed(solid: np.ndarray, i: int, k: int) -> float:

@@ -213,11 +213,9 @@ def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
         remedy = "write source: in its section, or value, unit, kind and source"
         raise InputError(f"{name} = {shown(content)} has no source; {remedy}")
     if about.get("source") and isinstance(content, (str, int, float)) and not isinstance(content, bool):
-        value, unit = content, "1"
+        value, unit = content, "name" if isinstance(content, str) else "1"
         if match:
             value, unit = float(match[1]), match[2]
             value = int(value) if value.is_integer() and match[1].lstrip("+-").isdigit() else value
-        elif isinstance(content, str):
-            unit = "name"
         content = {"value": value, "unit": unit, "kind": "assumed"} | about
     return content

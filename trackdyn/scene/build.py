@@ -285,7 +285,6 @@ def check_stops(rig: Rig, suspensions: constants.Suspensions, slide: np.ndarray)
         if not suspensions.low[k] < q < suspensions.high[k]:
             kind = "arm" if suspensions.arm[k] else "slider"
             section = "tension" if wheel == tensioner(rig) else f"{name}.{kind}"
-            raise InputError(
-                f"{section}.travel: wheel {name} rests on a stop of its {kind} once the loop has settled; change the "
-                "preload or force, stiffen the spring or allow more travel"
-            )
+            stop = f"wheel {name} rests on a stop of its {kind} once the loop has settled"
+            remedy = "change the preload or force, stiffen the spring or allow more travel"
+            raise InputError(f"{section}.travel: {stop}; {remedy}")

@@ -82,11 +82,9 @@ def preset(name: str, ring: bool = True) -> dict:
 
 def wheel_out_of_plane(rig) -> str | None:
     """Return name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
-    for name, wheel in {"sprocket": rig.sprocket, **rig.wheels}.items():
-        for field in ("axial_offset", "toe", "camber"):
-            if getattr(wheel, field) != 0.0:
-                return f"{name}.{field} = {getattr(wheel, field):g}"
-    return None
+    wheels, fields = {"sprocket": rig.sprocket, **rig.wheels}, ("axial_offset", "toe", "camber")
+    values = ((f"{name}.{field}", getattr(wheel, field)) for name, wheel in wheels.items() for field in fields)
+    return next((f"{name} = {value:g}" for name, value in values if value), None)
 
 
 def decide(scene) -> dict[str, Decision]:
@@ -115,8 +113,7 @@ def decide(scene) -> dict[str, Decision]:
 
 # Combinations without meaning: field, condition on the facts of `check_choices`, and a message with reason and remedy,
 # formatted with these facts. A row may rely on those above it.
-Refusal = tuple[str, Callable[[SimpleNamespace], object], str]
-REFUSALS: tuple[Refusal, ...] = (
+REFUSALS: tuple[tuple[str, Callable[[SimpleNamespace], object], str], ...] = (
     # a belt, which has no contacts
     ("ring_radius", lambda s: s.belt and s.ring_radius is not None,
      "a belt is a path without contact (chain='belt'); use None, or chain='double_pin'"),

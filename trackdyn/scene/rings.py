@@ -27,11 +27,9 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
     """
     least, high = least_ring(rig), Scene.ring_range(rig)[1]
     if not least < high:
-        raise InputError(
-            f"ring: the least ring that carries the chain has {least:.5g} m, and tension.travel = "
-            f"{rig.tension.travel:g} m allows {high:.5g} m; check sprocket.equal_pitch_radius and "
-            "sprocket.ring_radius, or enlarge the travel"
-        )
+        allowed = f"tension.travel = {rig.tension.travel:g} m allows {high:.5g} m"
+        remedy = "check sprocket.equal_pitch_radius and sprocket.ring_radius, or enlarge the travel"
+        raise InputError(f"ring: the least ring that carries the chain has {least:.5g} m, and {allowed}; {remedy}")
     start = max(rig.ring_radius or rig.sprocket.ring_radius, least)
     return least, min(high, _tightened(rig, start))
 
@@ -60,8 +58,7 @@ def study_radii(rig: Rig, count: int = 11) -> list[float]:
 def _tightened(rig: Rig, start: float) -> float:
     """Return the radius that raises the tension to `TIGHTER` times the pre-tension, which is that at ``start``, m."""
     model, lengths = Scene(rig, 0.0, start).model, body_lengths(rig, rig.chain.kind)
-    laid = assemble(rig, lengths)
-    wheels = model.wheels
+    laid, wheels = assemble(rig, lengths), model.wheels
     sag = laid.path.sag(model.chain.gravity * float(model.chain.mass.sum() / lengths.sum()))
 
     def spare(tension: float) -> float:

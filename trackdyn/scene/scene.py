@@ -161,12 +161,9 @@ class Scene(Choices):
                 bounds = f"{low:.4f} m (touches no link) and {high:.4f} m (overlaps the chain)"
                 self._refuse("ring_radius", f"must be between {bounds}, or null (command line: none) for no ring")
         if self.load and 0 < self.motor_rpm * self.braked_rate < BRAKES_FROM:
-            self._refuse(
-                "load",
-                f"its brake fades on a wheel that hardly turns, as the {wheel_names(self.rig)[self.braked_wheel[0]]} "
-                f"at motor_rpm = {self.motor_rpm:g}; use a speed of {BRAKES_FROM / self.braked_rate:.3g} rev/min or "
-                "more, or no load",
-            )
+            wheel = f"the {wheel_names(self.rig)[self.braked_wheel[0]]} at motor_rpm = {self.motor_rpm:g}"
+            remedy = f"use a speed of {BRAKES_FROM / self.braked_rate:.3g} rev/min or more, or no load"
+            self._refuse("load", f"its brake fades on a wheel that hardly turns, as {wheel}; {remedy}")
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
@@ -176,11 +173,10 @@ class Scene(Choices):
     @cached_property
     def sensors(self) -> dict[str, SensorParameters]:
         """Recorded sensors by name: the rig's, and with ``every_link`` one on each body of the first one's kind."""
-        own = self.rig.sensors
-        first = next(iter(own.values()))
+        first = self.rig.first_sensor
         pitches = range(1, self.rig.chain.pitches + 1) if self.every_link else ()
         of_links = {f"{first.body} {pitch}": first.model_copy(update={"pitch": pitch}) for pitch in pitches}
-        return FrozenDict(own | of_links)
+        return FrozenDict(self.rig.sensors | of_links)
 
     @property
     def recorded_pitches(self) -> tuple[int, ...]:
@@ -276,7 +272,6 @@ class Scene(Choices):
         return html_table("Scene", self.rows())
 
     def __repr__(self) -> str:
-        """Return one line: speed, ring, length and step, and the rig."""
         return f"<Scene: {self.summary}; {self.rig!r}>"
 
     __str__ = __repr__
@@ -308,8 +303,6 @@ def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
     """Return fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
     seconds = rule.longest_turns * Periods.at(rig, rpm).loop
     if not seconds <= LONGEST_RUN:
-        raise InputError(
-            f"motor_rpm = {rpm:g}: {rule.longest_turns:g} turns of the loop take {seconds:.3g} s, a record at most "
-            f"{LONGEST_RUN:g} s; use a higher speed"
-        )
+        turns = f"{rule.longest_turns:g} turns of the loop take {seconds:.3g} s"
+        raise InputError(f"motor_rpm = {rpm:g}: {turns}, a record at most {LONGEST_RUN:g} s; use a higher speed")
     return {"lead_in": 0.0, "duration": ceil(seconds * rig.rate) / rig.rate}

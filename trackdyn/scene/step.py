@@ -71,10 +71,8 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
         if limit < LEAST_STEP:
             other = "use less tension, softer contacts or heavier bodies"
             remedy = f"no step of {LEAST_STEP:g} s or more is small enough; {other}"
-        raise InputError(
-            f"scene: step = {step!r}: too large for the {cause} at a tension of {tension:.4g} N, a bound that was not "
-            f"tried on this rig (`check` tries); {remedy}"
-        )
+        bound = f"at a tension of {tension:.4g} N, a bound that was not tried on this rig (`check` tries)"
+        raise InputError(f"scene: step = {step!r}: too large for the {cause} {bound}; {remedy}")
     return round_step(share * limit, sample)
 
 
@@ -152,7 +150,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
     def friction(law, mass, load=load):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
-        return sliding * decay * mass * law.transition_velocity / slope if slope else float("inf")
+        return sliding * decay * mass * law.transition_velocity / slope if slope else inf
 
     if tooth.present:
         narrow = float((tooth.radius + np.where(tooth.convex, 1, -1) * tooth.arc_radius).min())
