@@ -132,5 +132,4 @@ def answer(answer) -> None:
         unit = "% of a turn" if column.kind == "turns" else column.unit.removeprefix("1")
         line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {unit}  {message}")
     line("+-", HALF_WIDTH)
-    recorded = len(answer.recording.time) / answer.recording.rate
-    line("left out, recorded (s)", f"{answer.transient:.3g}, {recorded:.4g}")
+    line("left out, recorded (s)", f"{answer.transient:.3g}, {len(answer.recording.time) / answer.recording.rate:.4g}")

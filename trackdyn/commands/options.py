@@ -99,10 +99,7 @@ def file_option(name: str, help: str, *endings: str) -> Any:
 
 
 def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0) -> None:
-    """Refuse (`InputError`) an output file that is an input, cannot be written, or exists.
-
-    An existing file may be replaced with ``overwrite``, or if it `is_own`. ``size`` (bytes) must be free.
-    """
+    """Refuse (`InputError`) an output that is an input, cannot be written (``size`` bytes) or may not be replaced."""
     for file in inputs:
         if isinstance(file, Path | str) and os.path.realpath(file) == os.path.realpath(path):
             raise InputError(f"{path} is an input of this command; give the output another name")

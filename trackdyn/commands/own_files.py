@@ -60,8 +60,7 @@ def _identities(item: Input) -> list[str]:
 def _note_of(path: Path) -> Path:
     from trackdyn.sources import cache_base
 
-    name = os.fsencode(os.path.realpath(path))
-    return cache_base() / "written" / hashlib.sha256(name).hexdigest()
+    return cache_base() / "written" / hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()
 
 
 def _hash(path: Path) -> str:

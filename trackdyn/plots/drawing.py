@@ -44,8 +44,7 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
     angles = frame[2:-1]
     lengths = body_lengths(rig, "single_pin" if len(angles) == rig.chain.pitches else "double_pin")
     steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-    pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-    return pins, angles, float(frame[-1])
+    return frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]), angles, float(frame[-1])
 
 
 def laid_frame(rig: Rig) -> tuple[np.ndarray, float]:
@@ -178,8 +177,7 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
         ax.plot(*np.transpose([position, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
         text = ax.text(*point, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
-    joints = groove_points(rig, sprocket_angle, groove, shape.joints())
-    ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
+    ax.plot(*groove_points(rig, sprocket_angle, groove, shape.joints()).T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
 
 
 def draw_discs(ax: Axes, circles) -> None:
@@ -244,8 +242,7 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
         suspension = None if name == "sprocket" else rig.wheels[name].suspension
         if isinstance(suspension, Arm):
             look = {"color": BLUE, "zorder": Z_MARK}
-            ends = [suspension.x, x], [suspension.y, y]
-            ax.plot(*ends, linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
+            ax.plot([suspension.x, x], [suspension.y, y], linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
             ax.plot([suspension.x], [suspension.y], marker="o", markersize=4, **look)
         if name == rig.tension.wheel or (suspension is not None and not isinstance(suspension, Arm)):
             direction = np.radians(rig.tension.direction if name == rig.tension.wheel else suspension.direction)

@@ -22,10 +22,8 @@ def short(values, digits: int = 4) -> list[float]:
 def differences(columns: np.ndarray) -> dict:
     """Encode columns over time in integers of ``CONFIGURATION``: a start and second differences, for a small file."""
     steps = np.rint(columns / CONFIGURATION).astype(int)
-    return {
-        "start": steps[0].tolist(),
-        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
-    }
+    bends = np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0))
+    return {"start": steps[0].tolist(), "frame": bends.T.ravel().tolist()}
 
 
 def environment(folder: Path = HERE) -> Environment:

@@ -152,15 +152,12 @@ def signal(recording: Recording, stretch: float | None) -> dict:
         chart["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
     else:
         edges = np.linspace(0, len(ay), INTERVALS + 1).astype(int)[:-1]
-        chart["whole"] = {
-            "time": short((edges + 0.5 * len(ay) / INTERVALS) / rate, 7),
-            "low": short(np.minimum.reduceat(ay, edges)),
-            "high": short(np.maximum.reduceat(ay, edges)),
-        }
+        low, high = (short(extreme.reduceat(ay, edges)) for extreme in (np.minimum, np.maximum))
+        chart["whole"] = {"time": short((edges + 0.5 * len(ay) / INTERVALS) / rate, 7), "low": low, "high": high}
     if len(ay) >= LEAST_SPECTRUM:
         freq, amplitude = (values[1:] for values in spectrum(ay, rate))
-        low = freq <= LOW_RANGE_HZ
-        chart["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
+        slow = freq <= LOW_RANGE_HZ
+        chart["low"] = [short(freq[slow]), short(amplitude[slow])] if slow.any() else None
         hz = recording.periods.loop_hz
         chart["band"] = [short(values) for values in in_bands(ay[: whole_revolutions(len(ay), rate, hz)], rate, hz)]
         if holds_line(len(ay), rate, hz) and np.ptp(ay) > 0:
@@ -181,10 +178,7 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     bar = power * max(step for step in (1, 2, 5) if step * power <= longest_bar * (1 + 1e-9))
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
-    arms, suspensions = [], model.suspensions
-    if suspensions is not None:
-        arm = np.flatnonzero(suspensions.arm)
-        arms = _rows(suspensions.wheel[arm] - 1, suspensions.x[arm], suspensions.y[arm])
+    suspensions, arm = model.suspensions, np.flatnonzero(model.suspensions.arm)
     return {
         "thickness": 2 * model.wheels.half_thickness,
         "arc": rig.chain.connector_radius,
@@ -196,7 +190,7 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
         "areas": np.round(_arcs(tooth), 5).tolist(),
         "links": _rows(shoes.link_body, shoes.link_start, shoes.link_end),
         "arcs": _rows(shoes.arc_body[::2], shoes.arc_x[::2], shoes.arc_body[1::2], shoes.arc_x[1::2]),
-        "arms": arms,
+        "arms": _rows(suspensions.wheel[arm] - 1, suspensions.x[arm], suspensions.y[arm]),
         "wheels": stretch.names[1:],
         "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
         "follow": 0.85 * pitch,
@@ -221,8 +215,7 @@ def _arcs(tooth: Tooth) -> np.ndarray:
 
 def picture(recording: Recording, stretch: Replay) -> dict:
     """Encode the motion for the page: integers of small units."""
-    frames, bodies = stretch.bodies.shape[:2]
-    wheels = stretch.wheels[:, 1:]
+    (frames, bodies), wheels = stretch.bodies.shape[:2], stretch.wheels[:, 1:]
     centres = wheels[:, :, :2].reshape(frames, -1)
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), centres, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])

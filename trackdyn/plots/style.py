@@ -116,6 +116,5 @@ def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
     if len(x) <= 2 * groups:
         return x, y
     edges = np.linspace(0, len(x), groups + 1).astype(int)
-    extremes = [[a + np.argmin(y[a:b]), a + np.argmax(y[a:b])] for a, b in pairwise(edges)]
-    keep = np.unique(extremes)
+    keep = np.unique([[a + np.argmin(y[a:b]), a + np.argmax(y[a:b])] for a, b in pairwise(edges)])
     return x[keep], y[keep]

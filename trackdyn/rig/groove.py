@@ -180,8 +180,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
     along = (e * groove.direction).sum(axis=-1)
     within = along >= (np.cos(groove.half_angle) - 1e-9) * d
     outside = np.where(groove.convex, d - groove.radius, groove.radius - d)
-    distance = np.where(within, np.abs(outside), np.inf)
-    nearest = distance.argmin(axis=1)
+    nearest = np.where(within, np.abs(outside), np.inf).argmin(axis=1)
     return arc_radius - np.take_along_axis(outside, nearest[:, None], axis=1)[:, 0]
 
 
@@ -192,8 +191,7 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
     polar = np.arctan2(centres[:, 1], centres[:, 0]) - angle
     from_middle = (polar % pitch) - pitch / 2
     local = np.column_stack([-distance * np.sin(from_middle), distance * np.cos(from_middle)])
-    depth = true_depth(groove, arc_radius, local)
-    return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
+    return np.where(distance <= groove.addendum + arc_radius, true_depth(groove, arc_radius, local), -np.inf)
 
 
 def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:

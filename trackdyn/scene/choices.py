@@ -179,5 +179,4 @@ def check_choices(scene) -> None:
     )  # fmt: skip
     for field, when, remedy in REFUSALS:
         if when(facts):
-            value = shown(getattr(scene, field))
-            raise InputError(f"scene: {field} = {value}: {remedy.format(**vars(facts))}")
+            raise InputError(f"scene: {field} = {shown(getattr(scene, field))}: {remedy.format(**vars(facts))}")

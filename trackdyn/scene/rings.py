@@ -30,8 +30,7 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
         allowed = f"tension.travel = {rig.tension.travel:g} m allows {high:.5g} m"
         remedy = "check sprocket.equal_pitch_radius and sprocket.ring_radius, or enlarge the travel"
         raise InputError(f"ring: the least ring that carries the chain has {least:.5g} m, and {allowed}; {remedy}")
-    start = max(rig.ring_radius or rig.sprocket.ring_radius, least)
-    return least, min(high, _tightened(rig, start))
+    return least, min(high, _tightened(rig, max(rig.ring_radius or rig.sprocket.ring_radius, least)))
 
 
 def least_ring(rig: Rig) -> float:
