@@ -18,8 +18,7 @@ from trackdyn.scene.scene import Scene
 
 RIG = load_rig("paper")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
-# a sprocket turn of exactly 2 s
-TURN = 2.0
+TURN = 2.0  # of the sprocket, s
 RPM = 60 * RIG.sprocket.transmission_ratio / TURN
 LOOP = TURN * PITCHES / TEETH
 BEGIN, STEP = 6.0, 1e-4
@@ -30,8 +29,7 @@ def interval(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, 
     """A row of the log: constant ``force`` from ``start`` to ``end`` (s of the record), 1-based pitch."""
     peak, peak_at = peak or force, start if peak_at is None else peak_at
     groove, bits = (0, 0) if side == RING else (groove, 1 << (area - 1))
-    times = np.array([start, end]) + BEGIN
-    length = end - start
+    times, length = np.array([start, end]) + BEGIN, end - start
     return [pitch - 1, side, groove, bits, *times, peak, peak_at + BEGIN, force * length, force**2 * length]
 
 
@@ -70,27 +68,23 @@ def without_ring(start, connector=5):
 
 
 def test_contacts_that_chatter_are_one_interval_but_the_pauses_do_not_count():
-    table = contact_table(recording(with_ring(3.0)))
-    assert table["side"].tolist() == ["ring", "left"]
+    """A contact that the beginning of the record cuts is none: that of pitch 9, not that of pitch 7."""
+    cut = [interval(9, RING, STEP, 0.5), interval(7, RING, 3 * STEP, 0.5)]
+    table = contact_table(recording(cut + with_ring(3.0))).set_index("pitch")
+    assert table["side"].to_dict() == {7: "ring", 6: "ring", 5: "left"}
     names = ["start_s", "end_s", "touching_s", "share_pct", "impulse_ns", "square_n2s", "peak_n", "peak_s"]
-    assert table.loc[1, names].tolist() == pytest.approx([3.9, 4.1, 0.198, 9.9, 19.8, 1980.0, 200.0, 4.0])
+    assert table.loc[5, names].tolist() == pytest.approx([3.9, 4.1, 0.198, 9.9, 19.8, 1980.0, 200.0, 4.0])
 
 
-@pytest.mark.parametrize("change", [{"pitch": 6}, {"side": RIGHT, "area": 7}, {"groove": 4}])
-def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged(change):
-    first = {"pitch": 5, "side": LEFT, "groove": 3}
-    run = recording([interval(**first, start=3.0, end=3.1), interval(**first | change, start=3.101, end=3.2)])
-    assert len(contact_table(run)) == 2
-
-
-def test_contacts_cut_by_the_beginning_are_dropped():
-    rows = [interval(5, RING, STEP, 0.5), interval(7, RING, 3 * STEP, 0.5)]
-    assert contact_table(recording(rows))["pitch"].tolist() == [7]
-
-
-def test_phases_count_from_the_first_contact():
-    bare = contact_table(recording(without_ring(3.0), ring_radius=None)).set_index("side")["phase_start"]
-    assert bare["right"] == 0 and bare["left"] == pytest.approx(0.05)
+@pytest.mark.parametrize(("change", "gap", "count"), [
+    ({"pitch": 6}, 0.001, 2), ({"side": RIGHT, "area": 7}, 0.001, 2), ({"groove": 4}, 0.001, 2),
+    ({}, 0.99 * SHORT * TURN, 1), ({}, 1.01 * SHORT * TURN, 2),
+])  # fmt: skip
+def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged_over_a_short_gap(change, gap, count):
+    """The paper's 0.01 s of the turn of 2.906 s at 115 rpm, that is 6.88 ms of the turn of 2 s here."""
+    assert abs(SHORT * TURN - 0.00688) < 1e-5
+    second = {"pitch": 5, "side": LEFT, "start": 3.1 + gap, "end": 3.2 + gap} | change
+    assert len(contact_table(recording([interval(5, LEFT, 3.0, 3.1), interval(**second)], ring_radius=None))) == count
 
 
 @pytest.mark.parametrize("start", [1.0, 20.0 - 1.1 - 1.0])
@@ -145,12 +139,11 @@ def test_nothing_to_measure_gives_nan(run):
 @pytest.mark.parametrize("length", [0.00065, 0.99 * SHORT * TURN, 1.01 * SHORT * TURN])
 def test_an_impact_that_rebounds_counts_in_the_largest_force_but_not_in_the_printed_times(length):
     """Of 7 kN, before and after the contact of an arc: it has times of its own only from `SHORT` on."""
-    whole = with_ring(3.0)
     taps = [
         interval(5, LEFT, at, at + length, force=7000.0, groove=groove, peak_at=at + 1e-4)
         for at, groove in ((2.97, 4), (4.13, 5))
     ]
-    plain, tapped = recording(whole), recording(whole + taps)
+    plain, tapped = recording(with_ring(3.0)), recording(with_ring(3.0) + taps)
     before, after = (passages(run).set_index("side") for run in (plain, tapped))
     names, short = ["start_s", "end_s", "phase_start", "phase_end", "peak_s"], length < SHORT * TURN
     assert passage_events(tapped).equals(passage_events(plain)) == short
@@ -169,14 +162,6 @@ def test_an_impact_whose_contact_lasts_at_the_end_of_the_record_is_no_peak(at, f
     run = replace(recording(rows, ring_radius=None), pitches=np.array([5]))
     assert peaks(run, "left")["peak_n"].tolist() == counted
     assert peaks(pressed(run, (-1, force)), "left")["peak_n"].tolist() == [600.0]
-
-
-@pytest.mark.parametrize(("gap", "count"), [(0.99 * SHORT * TURN, 1), (1.01 * SHORT * TURN, 2)])
-def test_a_gap_parts_contacts_from_the_hundredth_second_of_the_paper_on(gap, count):
-    """0.01 s of the turn of 2.906 s at 115 rpm, that is 6.88 ms of the turn of 2 s here."""
-    assert abs(SHORT * TURN - 0.00688) < 1e-5
-    run = recording([interval(5, LEFT, 3.0, 3.1), interval(5, LEFT, 3.1 + gap, 3.2 + gap)], ring_radius=None)
-    assert len(contact_table(run)) == count
 
 
 def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
@@ -213,25 +198,21 @@ def test_any_log_is_conserved_by_merging(contacts):
     assert table["impulse_ns"].sum() == pytest.approx(log["impulse_ns"].sum())
     assert table["touching_s"].sum() == pytest.approx((log["end_s"] - log["start_s"]).sum())
     assert table["peak_n"].max() == log["peak_n"].max() if len(log) else table.empty
-    lasting = table["end_s"] - table["start_s"] >= SHORT * TURN
-    whole = table[lasting & (table["passage"] >= 0)]
+    whole = table[(table["end_s"] - table["start_s"] >= SHORT * TURN) & (table["passage"] >= 0)]
     assert (whole["phase_start"] >= 0).all()
     assert whole.groupby("passage")["phase_start"].min().eq(0).all()
     meshing_summary(run)
 
 
 def test_the_link_ahead_belongs_to_the_passage_around_the_end_of_the_loop():
-    closing = [interval(1, RING, 3.0, 4.0), interval(PITCHES, LEFT, 3.9, 4.1)]
-    table = contact_table(recording(closing))
-    assert table["connector"].tolist() == [PITCHES, PITCHES]
-    assert table["passage"].tolist() == [0, 0]
+    table = contact_table(recording([interval(1, RING, 3.0, 4.0), interval(PITCHES, LEFT, 3.9, 4.1)]))
+    assert table[["connector", "passage"]].to_numpy().tolist() == [[PITCHES, 0], [PITCHES, 0]]
 
 
 def test_mean_events_and_their_scatter():
-    rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
     second = with_ring(3.5, connector=9)
     second[2] = interval(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
-    table = mean_events(recording(rows + second)).set_index("event")
+    table = mean_events(recording(with_ring(3.0) + with_ring(3.0 + LOOP)[:1] + second)).set_index("event")
     order = ["ring touched", "ring maximum", "left touches", "left maximum", "ring left", "out"]
     assert list(table.index) == order and table["passages"].tolist() == [3, 3, 2, 2, 3, 2]
     means = [0.0, 0.25, (0.9 + 0.9) / 2, (1.0 + 1.1) / 2, 1.0, (1.1 + 1.14) / 2]
@@ -239,10 +220,11 @@ def test_mean_events_and_their_scatter():
     assert table.loc[["ring left", "out"], "sd_s"].tolist() == pytest.approx([0.0, 0.04 / 2**0.5])
 
 
-def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
+def test_phases_count_from_the_first_contact_and_passages_without_one_in_shares_only():
+    bare = contact_table(recording(without_ring(3.0), ring_radius=None)).set_index("side")["phase_start"]
+    assert bare["right"] == 0 and bare["left"] == pytest.approx(0.05)
     summary = meshing_summary(recording(with_ring(3.0) + with_ring(3.5, connector=9)[:1]))
-    assert summary["left_share_pct"] == pytest.approx(9.9 / 2)
-    assert summary["left_phase_start"] == pytest.approx(0.45)
+    assert (summary["left_share_pct"], summary["left_phase_start"]) == pytest.approx((9.9 / 2, 0.45))
 
 
 def test_shares_of_samples_are_those_of_all_pitches():

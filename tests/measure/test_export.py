@@ -25,11 +25,8 @@ SAMPLES, PITCHES = 3000, 3
 def recording(make_scene):
     """Noise in place of motion and forces; the sensor's range cuts some of it."""
     scene, log = make_scene(115.0, duration=3.0), np.zeros(3, CONTACT_INTERVAL)
-    log[["pitch", "side", "groove", "start_s", "end_s"]] = [
-        (4, 1, 2, 1.5, 2.0),
-        (1, 2, 0, 1.4, 2.4),
-        (1, 2, 0, 0.5, 0.6),
-    ]
+    rows = [(4, 1, 2, 1.5, 2.0), (1, 2, 0, 1.4, 2.4), (1, 2, 0, 0.5, 0.6)]
+    log[["pitch", "side", "groove", "start_s", "end_s"]] = rows
     return made_recording(
         scene, np.arange(1, SAMPLES + 1) / 1000, RNG.normal(0, 1e3, (SAMPLES, PITCHES, 3)), begin=0.5,
         mean=RNG.normal(0, 90, (SAMPLES, 1, 3)), area=RNG.integers(0, 10, (SAMPLES, PITCHES, 2), np.int8),

@@ -87,8 +87,7 @@ def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(
     assert whole("rms_g", -1.0, 1e-3) == pytest.approx(np.hypot(of_rms, 1e-3))
     assert whole("ring_share_pct", 47.64861, 0.00023) == pytest.approx(np.hypot(of_share, 0.00023))
     assert whole("left_peak_n", 0.0, 0.5) == 0.5 and np.isnan(whole("rms_g", 1.0, np.nan))
-    half = total_errors(scene.with_(step=scene.time_step / 2))
-    assert half("rms_g", 1.0, 0.0) == pytest.approx(of_rms / 2)
+    assert total_errors(scene.with_(step=scene.time_step / 2))("rms_g", 1.0, 0.0) == pytest.approx(of_rms / 2)
     assert np.isnan(total_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
     assert total_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
     # a measure whose step error is unknown is said to be (`console.measures`)

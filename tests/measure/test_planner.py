@@ -19,10 +19,8 @@ RMS = {"rms": 0.01}
 
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
-    trial, periods = (
-        Trial("made up", {"integrator": integrator, "step": step}),
-        SimpleNamespace(loop=0.5, passage=1 / 12),
-    )
+    trial = Trial("made up", {"integrator": integrator, "step": step})
+    periods = SimpleNamespace(loop=0.5, passage=1 / 12)
     scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=periods)
     trial.recorder = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
@@ -71,8 +69,7 @@ def test_the_cheapest_setting_that_fits_is_recorded():
 
 def test_a_start_that_dies_away_is_not_known():
     """Batches of neighbours do not see a decay of three turns, of which the record holds one: the halves do."""
-    rng = np.random.default_rng(4)
-    passages = np.arange(36)
+    rng, passages = np.random.default_rng(4), np.arange(36)
     for drift, seen in ((0.0, False), (0.03, True)):
         values = (1.0 + drift * np.exp(-passages / 60)) ** 2 + 1e-3 * rng.standard_normal(36)
         measures = {"rms": Series(values, passages, True)}
@@ -86,9 +83,8 @@ def test_turns_and_halves_are_compared_to_a_quarter_of_the_tolerance(share, sett
     """Both sides of 0.25 % of a tolerance of 1 %; shares of a turn refer to the turn, of 100 %."""
     turns = [{"rms": 1.5 * (1 - 0.0025 * share)}, {"rms": 1.5}]
     shares = [{"left_share": 8.0}, {"left_share": 8.0 + 0.25 * share}]
-    both = [turn | {"left_share": 8.0} for turn in turns]
     assert steady(turns, RMS) == steady(shares, {"left_share": 0.01}) == settled
-    assert steady(both, RMS | {"left_share": 0.01}) == settled
+    assert steady([turn | {"left_share": 8.0} for turn in turns], RMS | {"left_share": 0.01}) == settled
     assert drifts({"rms": Series(np.repeat([1.0, 1.0 + 0.0025 * share], 10), np.arange(20))}, RMS) != settled
 
 
@@ -135,8 +131,7 @@ def test_settings_that_vibrate_apart_keep_the_error_of_their_common_start(monkey
 
     for name, function in (("_judge", judge), ("_record", lambda *_: None), ("_undecided", lambda *_: True)):
         monkeypatch.setattr(planner, name, function)
-    periods = SimpleNamespace(passage=0.1, turn=1.0, loop=0.5)
-    assert planner._compare(runs, RMS, 10.0, periods, 60.0, 60.0) == 15.0
+    assert planner._compare(runs, RMS, 10.0, SimpleNamespace(passage=0.1, turn=1.0, loop=0.5), 60.0, 60.0) == 15.0
     assert [run.error["rms"][:2] for run in runs] == [(0.001, 0.004)] * 2
 
 
@@ -165,8 +160,7 @@ def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_wit
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):
     ladder = [tuple(trial.fields.values()) for trial in planner.settings(Scene(rig, 115), 1e-4, True)]
-    explicit = [("semi_implicit", pytest.approx(1e-4 / 2**k)) for k in range(4)]
-    assert ladder == [("linearly_implicit", 5e-4), *explicit]
+    assert ladder == [("linearly_implicit", 5e-4), *(("semi_implicit", pytest.approx(1e-4 / 2**k)) for k in range(4))]
     assert [trial.fields for trial in planner.settings(Scene(rig, 115), 1e-4, False)] == [{}, {"step": 5e-5}]
 
 

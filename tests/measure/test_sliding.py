@@ -10,7 +10,6 @@ from trackdyn.model.arrays import ENERGY_NAMES, FLANK, RING, components
 from trackdyn.simulation.simulate import simulate
 
 RIG = load_rig("bench")
-FRICTION = ("tooth_friction", "ring_friction", "wheel_friction")
 
 
 def coulomb(law, slip):
@@ -37,7 +36,7 @@ def test_it_is_normal_force_times_friction_times_slip():
         power += np.bincount(surface, (0.5 if k in (0, steps) else 1.0) * normal * work, 3)
         if k < steps:
             loop.step()
-    change = [loop.energy[name] - before[name] for name in FRICTION]
+    change = [loop.energy[name] - before[name] for name in ("tooth_friction", "ring_friction", "wheel_friction")]
     assert min(change) > 0
     np.testing.assert_allclose(change, 1e-5 * power, rtol=0.01, atol=1e-3 * max(change))
 
@@ -47,10 +46,9 @@ def test_a_turn_takes_its_share_of_the_work_of_a_record(integrator, step):
     """Whole passages count, which leave at most two of twenty out."""
     run = simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=4.6, integrator=integrator, step=step))
     row = run_metrics("", run)
-    turns = run.seconds / run.periods.turn
     for surface, name in (("teeth", "tooth_friction"), ("ring", "ring_friction")):
         change = np.ptp(run.energy[:, ENERGY_NAMES.index(name)])
-        assert row[f"{surface}_sliding_j"] == pytest.approx(change / turns, rel=0.05), surface
+        assert row[f"{surface}_sliding_j"] == pytest.approx(change / run.seconds * run.periods.turn, rel=0.05)
         assert 0 < row[f"{surface}_sliding_error_j"] < 0.05 * row[f"{surface}_sliding_j"]
     power = np.ptp(run.energy[:, ENERGY_NAMES.index("sprocket_work")]) / run.seconds
     assert row["motor_power_w"] == pytest.approx(power, rel=0.05) and 0 < row["motor_power_error_w"] < 0.05 * power

@@ -40,8 +40,7 @@ def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
     bin_hz, bin_amplitude = spectra.main_line(a, RATE, 0.8 * hz)
     assert round(bin_hz * RECORD / RATE) in (11, 12)
     assert bin_amplitude / 1.2 == pytest.approx(2.0 / np.pi, abs=0.03)
-    line = spectra.main_line_binfree(a, RATE, 1.03 * hz)
-    assert line == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
+    assert spectra.main_line_binfree(a, RATE, 1.03 * hz) == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
 
 
 @pytest.mark.parametrize("bins", [5.5, 15.004, 21.5])
@@ -66,8 +65,7 @@ def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
         a = sine(hz, n=n, amplitude=1.1, phase=0.7)
         for h in range(2, 9):
             a += sine(h * hz, n=n, amplitude=6.0, phase=rng.uniform(-3.0, 3.0))
-        expected = hz + rng.uniform(-0.9, 0.9) * bin_hz
-        line = spectra.main_line_binfree(a, RATE, expected_hz=expected)
+        line = spectra.main_line_binfree(a, RATE, expected_hz=hz + rng.uniform(-0.9, 0.9) * bin_hz)
         assert line == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
 
 

@@ -59,8 +59,7 @@ def test_passages_that_scatter_are_known_when_there_are_many(monkeypatch):
 
 def test_a_transient_is_left_out(monkeypatch):
     """The record then begins two thirds of a turn before the first passage that counts."""
-    shares = [10.0 + 5.0 * np.exp(-i) for i in range(10)] + [10.0, 10.01] * 20
-    begin, known = judged(monkeypatch, shares)
+    begin, known = judged(monkeypatch, [10.0 + 5.0 * np.exp(-i) for i in range(10)] + [10.0, 10.01] * 20)
     assert known and 4 <= round((begin + 2 / 3 * TURN - 1.0) / 0.1) <= 12
 
 

@@ -120,8 +120,7 @@ def test_errors_of_the_line_have_the_size_of_the_scatter_of_many_windows(turns):
 def record(rng, partial=0.4):
     """Twelve revolutions and a fraction of a line and a harmonic at 25 Hz, which scatter by revolution, and noise."""
     time = np.arange(round((TURNS + partial) * SAMPLES)) / RATE
-    revolution = (time * LOOP_HZ).astype(int)
-    size, late, sharp = (rng.standard_normal(TURNS + 1)[revolution] for _ in range(3))
+    size, late, sharp = (rng.standard_normal(TURNS + 1)[(time * LOOP_HZ).astype(int)] for _ in range(3))
     line = (1 + 0.02 * size) * np.cos(2 * np.pi * LOOP_HZ * time + 0.3 + 0.01 * late)
     return line + (0.2 + 0.01 * sharp) * np.cos(2 * np.pi * 50 * LOOP_HZ * time) + 0.01 * rng.standard_normal(len(time))
 
@@ -138,8 +137,7 @@ def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name):
     """The truth is the mean of all replicas, twenty times closer to it than one of them."""
     values, errors = replicas[name], replicas[METRIC_COLUMNS[name][3]]
     degrees = TURNS - 2 if "hz" in name else batch_degrees(TURNS)
-    covered = np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors
-    assert 0.90 <= covered.mean() <= 0.98
+    assert 0.90 <= np.mean(np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors) <= 0.98
 
 
 def test_the_line_of_a_record_that_repeats_has_next_to_no_error():
@@ -155,9 +153,8 @@ def test_the_line_of_a_record_that_repeats_has_next_to_no_error():
 
 def test_a_bin_of_a_harmonic_has_the_error_of_that_harmonic():
     """The second line is the highest and scatters by 5 %, the first one does not."""
-    rng = np.random.default_rng(3)
     time = np.arange(round((TURNS + 0.1) * SAMPLES)) / RATE
-    size, line = 1 + 0.05 * rng.standard_normal(TURNS + 1), 2 * np.pi * LOOP_HZ * time
+    size, line = 1 + 0.05 * np.random.default_rng(3).standard_normal(TURNS + 1), 2 * np.pi * LOOP_HZ * time
     a = 0.1 * np.cos(line) + size[(time * LOOP_HZ).astype(int)] * np.cos(2 * line)
     error = line_error(a, RATE, 2 * LOOP_HZ, LOOP_HZ)
     assert error.bin_amplitude == pytest.approx(batch_error(size[:TURNS])[0], rel=0.02)

@@ -42,8 +42,7 @@ def test_a_signal_that_repeats_is_stitched_to_its_whole_period():
 
     ay = stitch(fake := made_up(signal), 5)
     # half a sample of the steepest slope, which the nearest sample of a passage can be off
-    slope = rate * (1.2 + 1.2)
-    assert np.abs(ay - signal(np.arange(len(ay)) / RATE + 0.006)).max() <= 0.5 / RATE * slope
+    assert np.abs(ay - signal(np.arange(len(ay)) / RATE + 0.006)).max() <= 0.5 / RATE * rate * (1.2 + 1.2)
     measures = whole_loop(fake)
     assert measures["line"].value == pytest.approx(1.2, rel=1e-3)
     assert measures["rms"].value == pytest.approx(np.sqrt((1.2**2 + 0.1**2) / 2), rel=1e-3)
