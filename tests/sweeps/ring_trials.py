@@ -1,7 +1,4 @@
-"""Rows of ring studies on which the rule is tried: ``python -m tests.sweeps.ring_trials FOLDER`` runs and stores them.
-
-Radii are the default ones, those halfway between them, and a millimetre beyond both ends.
-"""
+"""Rows of ring studies on which the rule is tried; ``python -m tests.sweeps.ring_trials FOLDER`` makes them anew."""
 
 import sys
 from math import ceil
@@ -28,7 +25,7 @@ TRACKS = {  # rig, speeds (rev/min), time steps (s)
 
 
 def radii_of(rig: Rig) -> dict[float, str]:
-    """Radii (m) of the trials and which grid they belong to: ``default``, ``halved`` or ``beyond``."""
+    """Radii (m) of the trials by grid: ``default``, ``halved`` between those, a millimetre ``beyond`` both ends."""
     default, (low, high) = study_radii(rig), Scene.ring_range(rig)
     half, more = (default[-1] - default[0]) / 20, ceil(20 * BEYOND / (default[-1] - default[0]))
     grid = {default[0] + half * k: ("default", "halved")[k % 2] for k in range(21)}
@@ -49,5 +46,4 @@ def rows_of(name: str, store: Path) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    every = [rows_of(name, Path(sys.argv[1])) for name in TRACKS]
-    pd.concat(every).to_csv(STORED, index=False, float_format="%.5g")
+    pd.concat([rows_of(name, Path(sys.argv[1])) for name in TRACKS]).to_csv(STORED, index=False, float_format="%.5g")

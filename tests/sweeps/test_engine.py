@@ -37,8 +37,6 @@ def compute(number, ends="", flag=""):
 def blocked():
     return {"blocked": [number.name for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])]}
 """
-
-
 BLOCKED = """
 import made_up_rows
 from trackdyn.sweeps.engine import results

@@ -1,7 +1,4 @@
-"""The rule on stored studies of five tracks: neither the ends of the radii nor their grid move the choice.
-
-``python -m tests.sweeps.ring_trials`` made the rows (``docs/measured/ring_trials.csv``).
-"""
+"""The rule on the studies that `ring_trials` stored: neither the ends of the radii nor their grid move the choice."""
 
 import numpy as np
 import pandas as pd
