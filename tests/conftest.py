@@ -94,8 +94,7 @@ def run_command(*words):
 def run_python(*words, cwd=ROOT, **environment):
     """Exit code, output and errors of another Python: ``run_python("-m", "snakemake", PYTHONPATH=ROOT)``."""
     environment = os.environ | {name: str(value) for name, value in environment.items()}
-    command = [sys.executable, *map(str, words)]
-    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, *map(str, words)], cwd=cwd, env=environment, capture_output=True, text=True)
     return Ended(done.returncode, done.stdout, done.stderr)
 
 

@@ -119,10 +119,7 @@ def unsettled_loop(scene):
 
 
 def spinning_loop(scene):
-    """The chain of a scene as an oblong clockwise loop that touches nothing and spins as its sprocket.
-
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes it oblong and a first that closes it.
-    """
+    """The chain of a scene as an oblong clockwise loop that touches nothing and spins as its sprocket."""
     loop = unsettled_loop(scene)
     model, spin = loop.arrays.model, scene.sprocket_rate
     wheels = {name: column[:1] for name, column in model.wheels._asdict().items() if np.ndim(column)}
@@ -131,7 +128,7 @@ def spinning_loop(scene):
     state, work, optional = make_arrays(model, METHODS[scene.integrator])
     phase = -2 * np.pi * np.arange(scene.bodies) / scene.bodies
 
-    def angles(first):
+    def angles(first):  # the second harmonic makes the loop oblong, the first one closes it
         return phase + 0.3 * np.sin(2 * phase) + first @ [np.cos(phase), np.sin(phase)]
 
     def gap(first):

@@ -42,11 +42,9 @@ def test_every_row_names_functions_and_tests_that_exist():
 def depth_after(model, state, arc, seconds):
     """Area, depth and R of an arc when everything goes on with its present velocity (Eqs. 12 to 29, 33)."""
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
-    pin = state.pin[:2] + seconds * state.pin[2:]
-    later = state._replace(pin=pin, angle=state.angle + seconds * state.rate)
-    turn = state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]
+    later = state._replace(pin=state.pin[:2] + seconds * state.pin[2:], angle=state.angle + seconds * state.rate)
     x, y = pins(chain, later)[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
-    place = (x + 1j * y) * np.exp(-1j * turn)
+    place = (x + 1j * y) * np.exp(-1j * (state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]))
     k = groove_index(tooth.teeth, place.real, place.imag)
     place *= np.exp(1j * (np.pi / 2 - (2 * k - 1) * np.pi / tooth.teeth))
     area, depth, _, _, radius = find_area(tooth, place.real, place.imag)
@@ -83,7 +81,6 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
 
 def test_sensor_shows_gravity_at_rest_and_nothing_in_free_fall():
     angle = np.linspace(-3.0, 3.0, 13)
-    upwards = np.exp(-1j * angle) * 9.81j  # 1 g in the axes of a link turned counter-clockwise
-    upwards = np.column_stack([upwards.real, upwards.imag])
+    upwards = 9.81 * np.column_stack([np.sin(angle), np.cos(angle)])  # in the axes of a link turned counter-clockwise
     np.testing.assert_allclose(specific_force(np.zeros((13, 2)), angle), upwards, rtol=0, atol=1e-14)
     np.testing.assert_allclose(specific_force(-upwards, angle), 0.0, rtol=0, atol=1e-14)

@@ -17,9 +17,7 @@ from trackdyn.simulation.belt import belt_recording
 SCENE = Scene(load_rig("paper"), 115.0)
 
 
-@pytest.mark.parametrize(
-    "owner", [Rig, Scene, SCENE, SCENE.rig, SCENE.rig.chain], ids=lambda owner: type(owner).__name__
-)
+@pytest.mark.parametrize("owner", [Rig, Scene, SCENE, SCENE.rig, SCENE.rig.chain], ids=lambda of: type(of).__name__)
 def test_completion_offers_no_names_of_pydantic(owner):
     offered = {name for name in dir(owner) if not name.startswith("_")}
     assert offered & set(dir(BaseModel)) == {"model_copy"} and len(offered) > 1
@@ -92,9 +90,8 @@ def test_a_users_script_is_checked_against_the_package(tmp_path, monkeypatch):
     api = pytest.importorskip("mypy.api")
     assert (ROOT / "trackdyn" / "py.typed").is_file()
     monkeypatch.setenv("MYPYPATH", str(ROOT))
-    script = written(tmp_path / "script.py", SCRIPT + "\n".join(WRONG) + "\n")
     options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache"), "--no-pretty"]
-    report, failure, _ = api.run([*options, str(script)])
+    report, failure, _ = api.run([*options, str(written(tmp_path / "script.py", SCRIPT + "\n".join(WRONG) + "\n"))])
     assert not failure, failure
     first = 1 + SCRIPT.count("\n")
     lines = {int(line.split(":")[1]) for line in report.splitlines() if "script.py" in line and ": error:" in line}

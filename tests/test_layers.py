@@ -1,6 +1,4 @@
-"""Who may import whom: the simulator below the replication and the laboratory, in each, rooms from the ground up;
-libraries in their corners; no circle.
-"""
+"""Who may import whom: packages and their rooms from the ground up, libraries in their corners, no circle."""
 
 import ast
 import re
@@ -15,17 +13,12 @@ from tests.conftest import ROOT, written
 from trackdyn.sources import imported_files
 
 # a package: its folder, the packages below it, its files and rooms from the ground up; each imports those before it
-FOLDERS = {
-    "trackdyn": ROOT / "trackdyn",
-    "trackdyn_replication": ROOT / "workflow/trackdyn_replication",
-    "laboratory": ROOT / "laboratory",
-}
+FOLDERS = {path.rpartition("/")[2]: ROOT / path for path in ("trackdyn", "workflow/trackdyn_replication", "laboratory")}
 BELOW = {"trackdyn": set(), "trackdyn_replication": {"trackdyn"}, "laboratory": {"trackdyn", "trackdyn_replication"}}
 ROOMS = {
     "trackdyn": (
         "inputs", "sources", "version", "by_reference", "jit", "model", "chain", "contact", "integrate", "rig",
-        "scene", "simulation", "measure", "sweeps", "plots", "fieldtest", "commands",
-        "__init__", "__main__",
+        "scene", "simulation", "measure", "sweeps", "plots", "fieldtest", "commands", "__init__", "__main__",
     ),
     "trackdyn_replication": (
         "__init__", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",

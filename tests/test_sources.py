@@ -37,15 +37,11 @@ match A:
 while not A and B or ~A: break
 with open(A[1:2, ::3]) as B.c: B @= {i for i in B if i for j in i}
 """
-
-
 LAYOUT = {
     "Of the module.": "Another", "Of the function.": "Another", "Of the class.": "Another", "pass": "pass  # so",
     "A, *B = 1, 1.5e-9,": "(A, *B) = 1, (1.5e-9),",
 }  # fmt: skip
-MEANING = {
-    "1.5e-9": "1.6e-9", "1.0": "1", ":.3f": ":.4f", "np.vec": "np.Vec", "1 < 2": "1 <= 2", "/, ": "",
-}  # fmt: skip
+MEANING = {"1.5e-9": "1.6e-9", "1.0": "1", ":.3f": ":.4f", "np.vec": "np.Vec", "1 < 2": "1 <= 2", "/, ": ""}
 
 
 @pytest.mark.parametrize(("old", "new"), (LAYOUT | MEANING).items())
@@ -75,12 +71,8 @@ for step in steps:
         file.with_name("new").replace(file)
 print(sources.edited([file]) == file)
 """
-
-
 NO_EDITS = ["read"], [], ["read", "A = 1 # comment"], ["read", "A = 2", "A = 1"]
-EDITS = [
-    ["A = 2", "read"], ["read", "A = 2"], ["read", "A = 2 @ 1000000"], ["read", "A = 2 @ -10000"], ["read", "A ="],
-]  # fmt: skip
+EDITS = [["A = 2", "read"], ["read", "A = 2"], ["read", "A = 2 @ 1000000"], ["read", "A = 2 @ -10000"], ["read", "A ="]]
 
 
 @pytest.mark.parametrize("inside", ["inside", "outside"])
@@ -98,13 +90,12 @@ def test_a_file_of_the_package_that_is_swapped_for_an_older_one_is_edited(tmp_pa
 
 def test_the_lock_of_an_editor_beside_a_source_disturbs_nothing(tmp_path):
     shutil.copytree(Path(sources.__file__).parent / "contact", tmp_path / "trackdyn/contact")
-    code = "from trackdyn import sources; print(sources.kernel_digest())"
     digests = []
     for lock in (None, tmp_path / "trackdyn/contact/.#laws.py"):
         if lock:
             lock.symlink_to("me@here.1234:5678")
         assert not edited_after(tmp_path, "inside", 10**6, ["read"])
-        digests.append(python(code, cwd=tmp_path).out)
+        digests.append(python("from trackdyn import sources; print(sources.kernel_digest())", cwd=tmp_path).out)
     assert digests[0] == digests[1] != ""
 
 

@@ -29,8 +29,7 @@ def same(output, stored):
     if NUMBER.sub("#", output).split() != NUMBER.sub("#", stored).split():
         return False
     pairs = zip(*(map(float, NUMBER.findall(text)) for text in (output, stored)), strict=True)
-    near = (math.isclose(*pair, rel_tol=SCATTER, abs_tol=ROUNDING) or all(map(math.isnan, pair)) for pair in pairs)
-    return all(near)
+    return all(math.isclose(*pair, rel_tol=SCATTER, abs_tol=ROUNDING) or all(map(math.isnan, pair)) for pair in pairs)
 
 
 @pytest.mark.slow

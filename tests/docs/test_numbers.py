@@ -39,8 +39,6 @@ RIG, TRACKS = load_rig("paper"), load_plausible(ROOT / "config" / "plausible.yam
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
 SLURM = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8"))
 SHEAR = parameter_table("paper").set_index("name").loc["ring_contact.shear_stiffness"]
-
-
 # parts of sentences that a page must have
 REPEATED = {
     "choose-a-ring.md": [
@@ -126,9 +124,8 @@ def test_a_typed_number_is_that_of_its_source(page, words):
 
 def test_the_ring_that_the_readme_prints_is_that_of_the_table():
     rows = pd.read_csv(ROOT / "docs" / "measured" / "ring_trials.csv").query("track == 'bench' and grid != 'beyond'")
-    radius = RingRule().radius(with_tooth_forces(rows))
     assert f"trackdyn ring bench --rpm {','.join(f'{rpm:g}' for rpm in rows['rpm'].unique())} " in TEXTS["README.md"]
-    assert f"#> recommended: a ring of radius {radius:.4f} m" in TEXTS["README.md"]
+    assert f"#> recommended: a ring of radius {RingRule().radius(with_tooth_forces(rows)):.4f} m" in TEXTS["README.md"]
 
 
 def test_the_radius_of_the_paper_is_that_of_the_default_rig_and_the_configuration():

@@ -103,11 +103,10 @@ def test_blocks_of_a_page_run(path, tmp_path, monkeypatch, pyplot):
 
 def readme_script():
     """The README's commands in their order: shell blocks, Python blocks, commands of ours in its text and tables."""
-    text = text_of(ROOT / "README.md")
     pattern = re.compile(rf"{BLOCK.pattern}|`((?:trackdyn|snakemake|make) [^`\n]+)`", re.MULTILINE | re.DOTALL)
     return "\n".join(
         f"python - <<'END'\n{block}END" if language == "python" else command or block
-        for language, block, command in pattern.findall(text)
+        for language, block, command in pattern.findall(text_of(ROOT / "README.md"))
         if language in ("python", "", "sh", "bash", "shell")
     )
 
@@ -141,11 +140,10 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
             (tree / name.decode()).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, tree / name.decode())
     python = getattr(sys, "_base_executable", sys.executable)
-    around = AROUND.format(tree=tree, packages=sysconfig.get_path("purelib"), python=python)
     outside = [folder for folder in os.environ["PATH"].split(os.pathsep) if not folder.startswith(sys.prefix)]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     environment["PATH"] = os.pathsep.join(outside)
-    command = ["bash", "-c", around + script]
+    command = ["bash", "-c", AROUND.format(tree=tree, packages=sysconfig.get_path("purelib"), python=python) + script]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     output = " ".join(done.stdout.split())

@@ -15,8 +15,6 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import replay
 from trackdyn.simulation.simulate import simulate
 
-PHONE = 318  # 84 mm at 96 dots an inch
-
 
 @pytest.fixture(scope="module")
 def recording(make_scene, rig):
@@ -102,7 +100,7 @@ def test_a_steered_run_is_not_taken_for_the_recorded_one(recording):
     assert "s after its start, not the record itself" in _page(recording, shortened, "run")
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(PHONE, "light"), (1400, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), [(318, "light"), (1400, "dark")])  # a phone of 84 mm, at 96 dots an inch
 def test_no_rule_of_accessibility_is_broken(open_page, broken_rules, width, scheme):
     assert broken_rules(open_page(width, 900, color_scheme=scheme)) == []
 
@@ -122,8 +120,7 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
     assert page.inner_text("#clock") == f"{stretch.time[30]:.2f} s"
     order, now = np.argsort(stretch.along[30]), page.evaluate(joints)
     assert now == pytest.approx(stretch.tension[30][order], abs=0.51) and now != forces
-    side = stretch.contacts[30][:, 0]
-    assert f"road wheel {(side == 4).sum()} (largest" in page.inner_text("#readout")
+    assert f"road wheel {(stretch.contacts[30][:, 0] == 4).sum()} (largest" in page.inner_text("#readout")
     assert re.search(r"The bar is \d+ N throughout", page.inner_text("#readout"))
     for name, value in (("view", "sprocket"), ("view", "follow"), ("colours", "tension")):
         before = page.evaluate(picture)
