@@ -113,8 +113,7 @@ def test_implicit_speed_keeps_restitution_and_peak_of_an_impact_of_eight_steps(r
 
 
 def test_initial_impact_velocity_is_stored_and_has_a_floor():
-    """In a contact that already opens it is the magnitude."""
-    cases = {(0.7, 0.2): 0.7, (0.0, 0.2): 0.2, (0.0, 0.02): 0.1, (0.0, -0.3): 0.3}
+    cases = {(0.7, 0.2): 0.7, (0.0, 0.2): 0.2, (0.0, 0.02): 0.1, (0.0, -0.3): 0.3}  # the last one already opens
     assert {case: laws.stored_impact_speed(*case, 0.1) for case in cases} == cases
 
 
