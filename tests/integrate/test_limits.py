@@ -24,10 +24,8 @@ def test_reach_is_the_edge_of_the_stability_region():
 @pytest.mark.parametrize("ring", [0.308, None])
 def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     scene = make_scene(ring_radius=ring)
-    euler, rk4 = (
-        step_limits(scene.model, scene.rig.tension.pre_tension, METHODS[integrator])
-        for integrator in ("semi_implicit", "rk4")
-    )
+    methods = METHODS["semi_implicit"], RK4
+    euler, rk4 = (step_limits(scene.model, scene.rig.tension.pre_tension, method) for method in methods)
     # of accuracy, where a method has one
     euler, rk4 = ({name: h for name, h in bounds.items() if "turn" not in name} for bounds in (euler, rk4))
     # stiffness and friction of the teeth and of every wheel, and the bushing

@@ -18,9 +18,7 @@ SECONDS = 0.2
 
 def packed(loop):
     state = loop.state
-    return np.concatenate(
-        [state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), [loop.energy["bushing_loss"]]]
-    )
+    return np.hstack([state.pin, state.angle, state.rate / 10.0, state.maxwell.ravel(), loop.energy["bushing_loss"]])
 
 
 def derivative(model):

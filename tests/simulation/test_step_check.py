@@ -5,7 +5,8 @@ import pytest
 
 from tests.conftest import refused
 from trackdyn import DivergenceError, InputError, Loop, Scene, check, simulate
-from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
+from trackdyn.integrate.contact_log import log_contacts
+from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES, make_record
 from trackdyn.simulation import energy_balance, step_check
 from trackdyn.simulation.energy_balance import check_energy_balance, open_share
 from trackdyn.simulation.recorder import Recorder
@@ -39,6 +40,38 @@ def test_a_finer_step_decides_doubt(make_scene, rms, peaks, state):
     resolved, flipping = (check.resolution(Alternation(share * largest, 100, 5.0)) for share in (0.9, 1.1))
     assert resolved.state == state and resolved.share == 0.9 * largest and flipping.state == NO
     assert bool(resolved.reason) == (state != YES)
+
+
+def test_a_peak_between_two_steps_is_found(running):
+    """A half sine of nine steps a period: of the 6 % that the steps miss 0.7 % are left, at any phase."""
+    _, state, work, _ = running.copy().arrays
+    step, work.candidates.count[2] = 1e-4, 1  # every arc is looked at
+    work.tooth_force[:], work.wheel_force[:] = 0.0, 0.0
+
+    def logged(forces):
+        contact_log = make_record(1, state, 1, log_rows=4).contact_log
+        for k, force in enumerate([*forces, 0.0]):
+            work.tooth_force[4] = force
+            log_contacts(contact_log, state, work, 2.0 + k * step, step)
+        assert contact_log.count[0] == 1
+        return contact_log.rows[0]
+
+    omega = 2 * np.pi / (9 * step)
+    missed = []
+    for phase in np.linspace(0.02, 0.98, 13):
+        times = (phase + np.arange(5)) * step
+        forces = 800.0 * np.sin(omega * times[omega * times < np.pi])
+        interval = logged(forces)
+        missed.append(1 - forces.max() / 800.0)
+        assert interval["peak_n"] == pytest.approx(800.0, rel=0.007) and interval["peak_n"] >= forces.max()
+        assert interval["peak_s"] == pytest.approx(2.0 + 2.25 * step - phase * step, abs=0.03 * step)
+        assert interval["impulse_ns"] == pytest.approx(forces.sum() * step)
+        assert interval["end_s"] - interval["start_s"] == pytest.approx(len(forces) * step)
+    assert max(missed) > 0.05 and np.mean(missed) == pytest.approx((omega * step) ** 2 / 24, rel=0.1)
+    # one that the steps do not resolve is the largest step
+    for forces in ([9.0, 4.0, 3.0], [1.0, 9.0, 8.0], [3.0, 5.0, 9.0], [7.0, 7.0, 7.0], [9.0]):
+        interval = logged(forces)
+        assert interval["peak_n"] == max(forces) and interval["peak_s"] == 2.0 + forces.index(max(forces)) * step
 
 
 def test_answers_are_compared_over_the_same_pitches():
