@@ -11,12 +11,10 @@ from trackdyn.scene.build import build_chain, build_shoes
 
 
 def ring_of_teeth(rig, kind):
-    """Arcs (13, 2) and both ends of the links (26,) of a chain of 13 pitches around the sprocket, complex.
-
-    The middle lines of the links touch the circle of the equal pitch plus half a link; bodies are laid clockwise.
-    """
+    """Arcs (13, 2) and ends of the links (26,) of a chain of 13 pitches, clockwise around the sprocket, complex."""
     teeth = rig.sprocket.teeth
     chain, shoes = build_chain(rig, kind), build_shoes(rig, kind)
+    # the middle lines of the links touch the circle of the equal pitch plus half a link
     middle = rig.sprocket.equal_pitch_radius + rig.chain.link_thickness / 2
     bodies = teeth * (1 if kind == "single_pin" else 2)
     along = np.exp(-2j * np.pi * np.arange(bodies) / bodies)
