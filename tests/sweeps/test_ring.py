@@ -127,7 +127,7 @@ def test_a_bound_kept_by_less_than_three_errors_is_not_decided():
     undecided = "this is not decided: at 115 rpm the force is 0.4875 +- 0.0042 (standard error)"
     for error, radius in ((33.0, 0.306), (34.0, 0.307)):
         table = study(error=error)
-        assert RULE.radius(table) == 0.306 and RULE.decided(table) == radius
+        assert RULE.radius(table) == 0.306 and RULE.radius(table, ring_rule.DECIDED) == radius
         for words in (undecided, "a smaller step does, or a ring of 0.307 m"):
             assert (words in str(advice(table, RULE, DURATIONS))) == (radius == 0.307)
 

@@ -56,12 +56,11 @@ def heading(column: str, change: bool = False) -> str:
         return f"{SIDE_WORDS[SIDES.index(side)]}, {HEADINGS[rest]}"
     if studied := column in NAMED and NAMED[column].studied:
         return studied.words + (f" ({'% of a turn' if column in SHARES else '%'})" if change else "")
+    units = rf"(^|_)({'|'.join(UNITS)})(?=_|$)"
     for ending, unit in UNITS.items():
         before, separator, after = f"_{column}_".partition(f"_{ending}_")
         if separator:
-            names = (
-                re.sub(rf"(^|_)({'|'.join(UNITS)})(?=_|$)", "", text.strip("_")).strip("_") for text in (before, after)
-            )
+            names = (re.sub(units, "", text.strip("_")).strip("_") for text in (before, after))
             return f"{words(', '.join(filter(None, names)))} ({unit})".lstrip()
     return words(column)
 

@@ -160,8 +160,7 @@ def _drift_sentence(recording: Recording, sensor: int) -> str:
     ay = sense(recording, sensor=sensor).ay
     edges = turn_edges(len(ay), recording.rate / recording.periods.loop_hz)
     values = np.array([rms(ay[first:last]) for first, last in pairwise(edges)])
-    count = len(values)
-    if count < LEAST_DRIFTING:
+    if (count := len(values)) < LEAST_DRIFTING:
         return ""
     scatter = student(count - 1) * float(values.std(ddof=1)) / sqrt(count)
     error = total_errors(scene)("rms_g", float(values.mean()), scatter)

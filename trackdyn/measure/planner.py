@@ -397,8 +397,7 @@ def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> No
     clock = trial.recorder.loop.clock
     begin = clock()
     try:
-        recording, _ = record_until(trial.recorder, seconds, lambda record: (record, True))
-        measures = series(recording, tolerances)
+        measures, _ = record_until(trial.recorder, seconds, lambda record: (series(record, tolerances), True))
     except TrackdynError as error:
         trial.refused = str(error)
         return
@@ -433,8 +432,7 @@ def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
 
 def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> str:
     """Return the reason why no setting keeps the tolerances."""
-    known = [trial.error for trial in tried if trial.error]
-    if not known:
+    if not (known := [trial.error for trial in tried if trial.error]):
         reason = next((trial.refused for trial in reversed(tried) if trial.refused), "no setting runs")
         return f"tolerance: {reason}"
     least = {name: min(error[name].bias for error in known) for name in tolerances}

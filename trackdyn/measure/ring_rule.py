@@ -176,10 +176,6 @@ class RingRule(_Smallest):
         ratios = with_tooth_forces(study).groupby("ring_radius_m")["tooth_ratio"]
         return ratios.agg(lambda values: values.max(skipna=False)).dropna()
 
-    def decided(self, study: pd.DataFrame) -> float:
-        """Return the radius to choose if a bound must be kept by `DECIDED` of its standard errors, m; or NaN."""
-        return self.radius(study, DECIDED)
-
     def refined(self, study: pd.DataFrame) -> list[float]:
         """Return radii, m, that would refine the choice of a study; empty if that is known to `NARROW`.
 
@@ -297,7 +293,7 @@ def _choice(table: pd.DataFrame, rule: RingRule, chosen: float) -> list[str]:
     ratios = listed([f"{ratio:.2f}" for ratio in rows["tooth_ratio"]])
     bound = f"{ratios} {WITHOUT}, at most {rule.tooth_force:g} as asked"
     sentences.append(f"the largest force of a tooth in a passage is {forces}: {bound}")
-    if (decided := rule.decided(table)) != chosen:
+    if (decided := rule.radius(table, DECIDED)) != chosen:
         apart = (rule.tooth_force - rows["tooth_ratio"]) / rows["tooth_ratio_error"]
         row, errors = rows.loc[apart.idxmin()], apart.min()
         why = f"rings within {SPAN:.1%} of it keep the bound by less than {DECIDED:g} errors"

@@ -92,14 +92,13 @@ def other_grips(
 
 def _study(scenes: list[Scene], step: Sequence[float], jobs, store, progress: bool) -> pd.DataFrame:
     """Return the table of scenes of one sprocket, by radius, load and speed. Raises `InputError` as `check_driven`."""
-    for scene in scenes:  # before anything runs
-        check_driven(scene)
     rig = scenes[0].rig
     rule, contents = StopRule(passages=rig.sprocket.teeth), {id(scene.rig): scene.rig.model_dump() for scene in scenes}
     stop_rule = {name: float(getattr(rule, name)) for name in ("share_pct", "force", "passages")}
     steps = {"step": float(step[0]) if len(step) == 1 else list(map(float, step))} if step else {}
     rows = []
     for scene in scenes:
+        check_driven(scene)  # before anything runs
         fields: dict = {"motor_rpm": scene.motor_rpm, "ring_radius": scene.ring_radius}
         fields |= {} if scene.load == scene.rig.load else {"load": scene.load}
         fields |= steady_fields(rig, scene.motor_rpm, rule) | steps
