@@ -3,7 +3,6 @@
 import re
 from itertools import permutations, product
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -50,13 +49,6 @@ def _begun_at_crest(shape: np.ndarray) -> np.ndarray:
     return shape * np.exp(-1j * np.angle(shape[..., :1, 1:2])) ** np.arange(shape.shape[-1])
 
 
-class Doubt(NamedTuple):
-    """Warning on the axes of a record."""
-
-    sentence: str
-    without_gravity: bool = False  # gravity is filtered out of the record
-
-
 def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
     """Return shapes of a turn, simulated and mirrored, and by choice of axes, as read first; and the loop's Hz."""
     signal, loop_hz = sense(recording), recording.periods.loop_hz
@@ -68,8 +60,8 @@ def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray
     hz = measured_loop_hz(strongest, record.rate, loop_hz)
     shapes = {}
     for names, signs in product(permutations(recorded, count), product((1, -1), repeat=count)):
-        axes = np.array([sign * recorded[name] for sign, name in zip(signs, names, strict=True)])
-        shapes[tuple(zip(signs, names, strict=True))] = turn_shape(axes, record.rate, hz)
+        axes = tuple(zip(signs, names, strict=True))
+        shapes[axes] = turn_shape(np.array([sign * recorded[name] for sign, name in axes]), record.rate, hz)
     return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
 
 
@@ -90,14 +82,14 @@ def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
     return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
 
 
-def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
-    """Return a warning on the axes of a sensor's record and the options that mend it; None if they fit.
+def judge_axes(recording: Recording, record: SensorRecord) -> tuple[str, bool]:
+    """Return a warning on a record's axes with the options that mend it, empty if they fit, and whether gravity lacks.
 
     Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
     loop that runs the other way round, as its mirror image does, fits, too.
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz) or record.wraps:
-        return None
+        return "", False
     forms, shapes, hz = _shapes(recording, record)
     signal = sense(recording)
     misfits = {axes: _misfit(shape, forms) for axes, shape in shapes.items()}
@@ -157,16 +149,16 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
         if explains(filtered, exchanged):
             sentence += "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
     else:
-        return None
-    return Doubt(f"{record.path}: {sentence}", without_gravity)
+        return "", False
+    return f"{record.path}: {sentence}", without_gravity
 
 
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     """Refuse (`InputError`) a record whose axes do not fit (`judge_axes`) those of a belt at this speed (rev/min)."""
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
-    duration = whole_samples(rig.rate, scene.periods.loop)
-    if doubt := judge_axes(belt_recording(scene.with_(duration=duration)), record):
-        raise InputError(doubt.sentence)
+    turn = scene.with_(duration=whole_samples(rig.rate, scene.periods.loop))
+    if doubt := judge_axes(belt_recording(turn), record)[0]:
+        raise InputError(doubt)
 
 
 def _column(record: SensorRecord, sign: int, axis: str) -> str:

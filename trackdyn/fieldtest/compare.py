@@ -67,8 +67,7 @@ def compare(
         The record is ambiguous or does not fit the recording.
     """
     if not isinstance(sensor, SensorRecord):
-        own = next(iter(recording.sensors.values()))
-        sensor = read_sensor(sensor, mapping, own.range, recording.scene.rig.g)
+        sensor = read_sensor(sensor, mapping, next(iter(recording.sensors.values())).range, recording.scene.rig.g)
     table = compare_with_sensor(recording, sensor)
     for sentence in doubts_of(recording, sensor, table):
         warnings.warn(sentence, stacklevel=2)
@@ -77,9 +76,8 @@ def compare(
 
 def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
     """List warnings on a sensor's record; without fitting axes the line that is taken for its speed may be noise."""
-    doubt = judge_axes(recording, record)
-    doubted = doubt.sentence if doubt else other_speed(recording, record, table)
-    return [*record.doubts, *filter(None, [doubted])]
+    doubt = judge_axes(recording, record)[0] or other_speed(recording, record, table)
+    return [*record.doubts, *filter(None, [doubt])]
 
 
 @typed
@@ -108,8 +106,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         degrees[side] = [0, 0, *(sensed.degrees(measure.column.name) for measure in measures)]
     table, total = pd.DataFrame(columns), total_errors(recording.scene)
     scatters = [zip(table[f"{side}_error"], degrees[side], strict=True) for side in degrees]  # without the step
-    simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
-    table["simulation_error"] = [total(*row) for row in simulated]
+    table["simulation_error"] = list(map(total, table.measure, table.simulation, table.simulation_error))
     excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
@@ -117,7 +114,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     clear = [student(welch_degrees(error, *both)) for error, *both in zip(scatter, *scatters, strict=True)]
     table["clear_from"] = np.where(np.isfinite(table["standard_errors"]), clear, np.nan)
     compared = table[["simulation", "sensor"]].notna().all(axis=1)
-    if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
+    if judge_axes(recording, record)[1]:  # without gravity
         compared = table.measure.isin(["rate_hz", "clipped", HIGH])
     return table[compared].reset_index(drop=True)
 
