@@ -4,16 +4,7 @@ import re
 from collections.abc import Sequence
 from itertools import takewhile
 
-from trackdyn.fieldtest.logger_text import (
-    SEPARATORS,
-    Source,
-    are_split,
-    is_value,
-    is_words,
-    refuse_fields,
-    rows_of,
-    split_fields,
-)
+from trackdyn.fieldtest.logger_text import SEPARATORS, are_split, is_value, is_words, refuse_fields, split_fields
 from trackdyn.fieldtest.sensor_mapping import SensorMapping, is_header, is_unit, stated_columns, stated_positions
 from trackdyn.fieldtest.stamps import NO_STAMPS
 from trackdyn.inputs.errors import InputError, shown
@@ -31,18 +22,16 @@ def _separators(line: str) -> list[str]:
 
 def _of_values(line: str) -> str | None:
     """Return the separator with which all fields of a line are values; None if there is none."""
-    for separator in _separators(line):
-        if (fields := split_fields(line, separator)) and all(map(is_value, fields)):
-            return separator
-    return None
+    splits = ((separator, split_fields(line, separator)) for separator in _separators(line))
+    return next((separator for separator, fields in splits if fields and all(map(is_value, fields))), None)
 
 
 def _mostly_values(fields: Sequence[str]) -> bool:
     return 2 * sum(map(is_value, fields)) > sum(map(bool, fields))
 
 
-def find_rows(text: str, mapping: SensorMapping) -> Source:
-    """Find header and rows.
+def layout_of(text: str, mapping: SensorMapping) -> tuple[str, list[str], list[str], int, str]:
+    """Return the text, with empty comments filled in, names and units of its columns, first row and separator.
 
     The header is the first line, perhaps behind a ``#``, whose names `is_header` accepts and which has as many as the
     row that follows has fields. If all columns are chosen by position, rows are located by the values in these columns.
@@ -61,7 +50,7 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
     text, head = _with_comments(text, head)
     positions = stated_positions(mapping)
     if "ay" in positions.keys() == stated_columns(mapping).keys():
-        return rows_of(text, *_layout_by_position(head, rows, list(positions.values())))
+        return text, *_layout_by_position(head, rows, list(positions.values()))
     unequal = None
     for i, line in enumerate(head):
         line, below = line.strip(" "), [j for j in rows if j > i]
@@ -83,10 +72,10 @@ def find_rows(text: str, mapping: SensorMapping) -> Source:
                 if len(fields) == len(names) and all(map(is_value, fields)):
                     place = f"above the names in line {i + 1}; remove it, or write the names above it"
                     raise InputError(f"line {j + 1} has numbers ({shown(head[j])}) {place}.")
-            return rows_of(text, names, units, first, separator)
+            return text, names, units, first, separator
     if unequal:
         refuse_fields(*unequal)
-    return rows_of(text, *_likely_layout(head, rows))
+    return text, *_likely_layout(head, rows)
 
 
 def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:

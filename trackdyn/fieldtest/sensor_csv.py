@@ -15,8 +15,8 @@ import pandas as pd
 
 from trackdyn.fieldtest import samples, stamps
 from trackdyn.fieldtest.chosen_columns import TIME_KEYS, Axis, chosen_columns, require_one_sensor, rows_of_group
-from trackdyn.fieldtest.header import find_rows
-from trackdyn.fieldtest.logger_text import Source, joined, table_of
+from trackdyn.fieldtest.header import layout_of
+from trackdyn.fieldtest.logger_text import Source, joined, rows_of, table_of
 from trackdyn.fieldtest.sensor_mapping import AXES, TIME_UNITS, Column, SensorMapping, time_like
 from trackdyn.fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, naming, shown
@@ -67,10 +67,8 @@ class SensorRecord:
         axes = {axis: values for axis in AXES if (values := getattr(self, axis)) is not None}
         slower: dict[str, Any] = {axis: samples.means(values, self.rate, rate) for axis, values in axes.items()}
         rate = self.rate / count if count else rate
-        return replace(
-            self, **slower, time=np.arange(slower["ay"].size) / rate, rate=rate,
-            done={**self.done, "averaged": f"over {self.rate / rate:.6g} samples each, to {rate:g} Hz"},
-        )  # fmt: skip
+        done = {**self.done, "averaged": f"over {self.rate / rate:.6g} samples each, to {rate:g} Hz"}
+        return replace(self, **slower, time=np.arange(slower["ay"].size) / rate, rate=rate, done=done)
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
         """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
@@ -117,7 +115,7 @@ def read_sensor(
     text = "" if table else read_logger_text(path)
     range_g = float(mapping.range or range_g)
     with naming(path):
-        rows = rows_of_group(table_of(source) if table else find_rows(text, mapping), mapping)
+        rows = rows_of_group(table_of(source) if table else rows_of(*layout_of(text, mapping)), mapping)
         for name, value in (("range_g", range_g), ("gravity", gravity)):
             if not value > 0:
                 raise InputError(f"{name} is {value!r}; give a number above zero.")
@@ -264,8 +262,7 @@ def _record(
 def _described(source: Source, columns: dict[str, Column], axes: dict[str, Axis], counts) -> dict[str, str]:
     """Describe the rows and columns that are read; ``counts`` are numbers and a note by axis."""
     words = []
-    for key, axis in axes.items():
-        numbers, note = counts[key]
+    for (key, axis), (numbers, note) in zip(axes.items(), counts.values(), strict=True):
         column = f"{'-' * (axis.column.sign < 0)}{axis.column.described}"
         words.append(f"{key} = {column} in {axis.unit}{note}, first value {numbers[0]:g}")
     used = {column.position for column in columns.values()}
@@ -306,5 +303,4 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     axes = {f"{name}_g": values for name, values in zip(AXES, (ax, ay, az), strict=True) if values is not None}
     table = pd.DataFrame({"t_s": [f"{instant:.{decimals}f}" for instant in t_s], **axes})
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
-    text = table.to_csv(index=False, float_format="%.4f", lineterminator="\n")
-    write_text(path, "\n".join([*lines, text]))
+    write_text(path, "\n".join([*lines, table.to_csv(index=False, float_format="%.4f", lineterminator="\n")]))
