@@ -13,10 +13,8 @@ import pandas as pd
 from trackdyn.fieldtest.logger_text import Source, joined, number_in
 from trackdyn.fieldtest.sensor_mapping import (
     AXES,
-    METRES,
     RATES,
     TIME_UNITS,
-    UNIT_ASKED,
     UNITS,
     Column,
     SensorMapping,
@@ -31,6 +29,9 @@ from trackdyn.fieldtest.stamps import NO_STAMPS, is_index
 from trackdyn.inputs.errors import InputError, shown
 
 TIME_KEYS = ("time", "fraction")
+_METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
+_UNIT_ASKED = f"give its unit, `unit: g`, {', '.join(['mg', *_METRES])}, or the counts or mV per g, `scale: N`, or "
+_UNIT_ASKED += "`range: G, bits: N`"
 _HEAD = 500  # rows that tell most columns from stamps and, with as many of the others, how many codes a column has
 _MOST = 16  # sensors of a table
 _FEWEST = 20  # rows that tell several samples per row
@@ -64,7 +65,7 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
     counts = mapping.counts_per_g
     axes: dict[str, Axis] = {}
     unit_stated = "counts" if counts else mapping.unit
-    in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in METRES.items()}
+    in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in _METRES.items()}
     in_g |= {"counts": 1.0 / counts} if counts else {}
 
     def unit_of(column: Column, stated: bool) -> str | None:
@@ -85,9 +86,9 @@ def chosen_columns(source: Source, mapping: SensorMapping, gravity: float) -> tu
             axes[key] = Axis(column, words, zero, column.sign * in_g[unit])
         elif key == "ay" or key in mapping.axes:
             words = f"has the unit {shown(column.unit)}" if column.unit else "states no unit"
-            questions.append(f"column {shown(column.name)} {words}; {UNIT_ASKED}")
+            questions.append(f"column {shown(column.name)} {words}; {_UNIT_ASKED}")
     if "ay" not in columns and not any(unit_of(column, True) for column in source.columns):
-        questions.append(UNIT_ASKED)
+        questions.append(_UNIT_ASKED)
     if mapping.turn and "ax" not in axes:
         questions.append("to turn ay, ax must be read, too; name its column, `axes: {ax: NAME}`")
     if mapping.time != "none":
@@ -239,8 +240,7 @@ def _rows_of_code(source: Source, mapping: SensorMapping, group: str) -> Source:
             rows_of[column.position] = np.isin(source.texts(column.position), same)
     holders = [column for column in among if rows_of[column.position].any()]
     if len(holders) > 1:
-        choices = candidates(source.columns, mapping)
-        used = {key: columns[0] for key, columns in choices.items() if len(columns) == 1}
+        used = {key: columns[0] for key, columns in candidates(source.columns, mapping).items() if len(columns) == 1}
         with suppress(InputError):
             read = {key: used[key].position for key in used.keys() & {"ay", "time"}}
             values = {key: source.numbers([k], k)[:, 0] for key, k in read.items()}

@@ -20,7 +20,7 @@ REVOLUTIONS = 2.0
 CENTRAL = 0.999  # fraction of a sensor's samples that is always in view; the rest may be cut off
 BINS = 4.5  # lines of the FFT that are drawn on both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
-MARK_EVERY_HZ = 25.0  # on the smoothed curves
+MARK_EVERY = round(25.0 / BAND_HZ)  # bands between marks on the smoothed curves
 
 
 class _Curve(NamedTuple):
@@ -170,11 +170,10 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
         freq, amplitude = spectrum(curve.ay[:equal], curve.rate)
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
-        begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves alternate
+        begin = 0 if curve.marker == "o" else MARK_EVERY // 2  # marks of the two curves alternate
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
         look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
-        complete.plot(*in_bands(curve.ay[:count], curve.rate, curve.hz), **look, markevery=(begin, every))
+        complete.plot(*in_bands(curve.ay[:count], curve.rate, curve.hz), **look, markevery=(begin, MARK_EVERY))
     words = {"xlabel": "frequency (Hz)", "ylabel": "amplitude (g)"}
     low.set(**words, xlim=(0, LOW_RANGE_HZ), title="lines of equally many whole turns of the loop")
     low.set_ylim(bottom=0)

@@ -89,10 +89,9 @@ def without_gaps(
 
 
 def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, str, list[str]]:
-    """Count rows with an axis at the end of the sensor's range, or at a value where the sensor is saturated.
+    """Count rows at the ``largest`` value of a sensor, g, or at one where it is saturated; add a note and warnings.
 
-    Returned are the count, a note on the values, and a warning per saturated axis. ``largest`` is the highest value
-    that the sensor writes, g. Raises `InputError`: most rows are clipped.
+    Raises `InputError`: most rows are clipped.
     """
     at_end = (axes.abs().max(axis=1) >= largest * (1.0 - 1e-6)).to_numpy()
     ends, saturated = f"at the end of the range of {range_g:g} g", []
@@ -120,10 +119,7 @@ def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, st
 
 
 def marks(values: np.ndarray) -> np.ndarray:
-    """Return a mask, (N,), of marks of no sample: an extreme that repeats, or that loggers write, far from all others.
-
-    Up to three values may be marks on either side; a long row of one, but not three, is a logger that had not begun.
-    """
+    """Return a mask, (N,), of marks of no sample: extremes that repeat, or that loggers write, far from all others."""
     levels, counts = np.unique(values[np.isfinite(values)], return_counts=True)
     marked = np.zeros(values.size, bool)
     for sign in (1, -1) if levels.size > _FEWEST_LEVELS else ():
@@ -133,6 +129,7 @@ def marks(values: np.ndarray) -> np.ndarray:
         here = np.isin(values, ends[:number])
         known = all(often[k] > 1 or ends[k] in _MARKS for k in range(number))
         runs = np.diff(np.flatnonzero(np.diff(here, prepend=False, append=False)))[::2]
+        # a long row of one value, but not three rows, is a logger that had not begun
         short = not runs.size or runs.max() <= BRIDGED or runs.size > 2 or ends[0] in _MARKS
         if known and short and here.mean() < _CLIPPED:
             marked |= here

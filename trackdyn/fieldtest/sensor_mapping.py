@@ -23,7 +23,6 @@ _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/s
 _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
-METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
 TIMES = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     name: unit
     for unit, names in {
@@ -46,8 +45,6 @@ _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-
 _TIME_WORDS = re.compile(
     "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
 )
-UNIT_ASKED = f"give its unit, `unit: g`, {', '.join(['mg', *METRES])}, or the counts or mV per g, `scale: N`, or "
-UNIT_ASKED += "`range: G, bits: N`"
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
 
@@ -251,10 +248,8 @@ def candidates(columns: Sequence[Column], mapping: SensorMapping) -> dict[str, l
         columns = [(others | of_group)[k] for k in sorted(others | of_group)]
     chosen, stated = {}, stated_columns(mapping)
     for key, name in stated.items():
-        if name.startswith("-") and not named(columns, name):
-            chosen[key] = [column._replace(sign=-1) for column in named(columns, name[1:])]
-        else:
-            chosen[key] = named(columns, name)
+        flipped = [column._replace(sign=-1) for column in named(columns, name[1:])] if name.startswith("-") else []
+        chosen[key] = named(columns, name) or flipped
     used = {column.position for of_key in chosen.values() for column in of_key}
     for column in columns:
         letter, timed = _AXIS_NAME.fullmatch(column.base), mapping.time != "none"

@@ -88,8 +88,7 @@ def seconds_of(texts: list[str]) -> np.ndarray:
         rows = np.flatnonzero(np.isfinite(seconds))
         back = -np.diff(seconds[rows], prepend=seconds[rows[:1]])
         turns = (3600.0,) if first.count(":") == 1 else (86_400.0, 43_200.0)
-        over = np.select([(back > turn / 2) & (back <= turn) for turn in turns], turns, 0.0)
-        seconds[rows] += np.cumsum(over)
+        seconds[rows] += np.cumsum(np.select([(back > turn / 2) & (back <= turn) for turn in turns], turns, 0.0))
         return seconds - seconds[rows[0]]
     clock = bool(re.fullmatch(_CLOCK, first, re.ASCII))
     texts = [f"2000-01-01 {text}" for text in texts] if clock else texts
@@ -202,10 +201,7 @@ def lost_rows(stamps: Stamps | None, count: int, rate: float | None, resample: b
 def judge_stamps(
     stamps: Stamps, where: Callable[[int], str], rate: float | None, resample: bool
 ) -> tuple[float, str, bool, str]:
-    """Return the rate of a record, Hz, its source, whether rows are even in time, and words on steps; or `InputError`.
-
-    ``rate`` is the user's, and ``where`` names the line of a row.
-    """
+    """Return the rate of a record, Hz, its source, whether rows are even in time, words on steps; or `InputError`."""
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)
     if step.min() < 0.0:

@@ -85,8 +85,7 @@ def _normalised(text: str) -> str:
         text = re.sub(r'="([^"\n]*)"', r"\1", text)
     written = [line for line in head if line.strip()]
     if written and all(re.fullmatch(r'"(?=[^"]*[,;\t])([^"]|"")*"[,; ]*', line) for line in written):
-        whole = re.compile(r'^"((?:[^"\n]|"")*)"[,; ]*$', re.MULTILINE)
-        text = whole.sub(lambda line: line[1].replace('""', '"'), text)
+        text = re.sub(r'(?m)^"((?:[^"\n]|"")*)"[,; ]*$', lambda line: line[1].replace('""', '"'), text)
     if any(map(_FORTRAN.search, head)):
         text = _FORTRAN.sub(r"\1e\2", text)
     if written and all(map(_CHECKSUM.fullmatch, written[:-1])):
