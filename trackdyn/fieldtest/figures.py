@@ -60,9 +60,8 @@ def history_figure(
 ) -> Figure:
     """Draw the y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
-    Each curve begins at the first crest of its own fundamental: loops of slightly different rates drift apart. The view
-    includes all of the simulation and nearly all samples of the sensor; triangles mark where its curve is cut off, and
-    its extremes are written. ``sensor_label`` names the record, as synthetic if it is.
+    Each curve begins at the first crest of its own fundamental: loops of slightly different rates drift apart. All of
+    the simulation and nearly all samples of the sensor are in view; triangles mark where its curve is cut off.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
@@ -159,10 +158,8 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 
 
 def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
-    """Draw spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first.
-
-    Up to 2 Hz over equally many turns for all curves: equal signals look equal whatever the lengths of their records.
-    """
+    """Draw spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first."""
+    # over equally many turns equal signals look equal, whatever the lengths of their records
     turns = int(min(len(curve.ay) / curve.rate * curve.hz for curve in curves) + 1e-6)
     for curve in curves:
         count = whole_revolutions(len(curve.ay), curve.rate, curve.hz)

@@ -94,17 +94,14 @@ def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:
 
 
 def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], int]:
-    """Return the units of the columns and the first row of the lines ``below`` a header, the end of ``head`` if none.
-
-    A line that is no row has fewer values than other fields, and no value in a column where all of the next lines have
-    one: a line of units, of methods, or the number of samples.
-    """
+    """Return units of the columns and the first row of the lines ``below`` a header, the end of ``head`` if none."""
     units = [""] * count
     for k, i in enumerate(below[:_BELOW]):
         fields = split_fields(head[i], separator, count)
         following = [row for j in below[k + 1 : k + 11] if len(row := split_fields(head[j], separator, count)) == count]
         values = list(map(is_value, fields))
         numeric = [len(following) > 1 and all(map(is_value, column)) for column in zip(*following, strict=True)]
+        # a line of units, of methods, or the number of samples
         unlike = not any(values) or any(column and not value for value, column in zip(values, numeric, strict=False))
         # a message, or a line of dashes, above the first row
         message = len(fields) != count and len(following) > 1 and is_words(head[i], separator)
@@ -161,11 +158,7 @@ def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[
 
 
 def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, numbers: Sequence[int]) -> _Layout | None:
-    """Return the layout (`_layout_by_position`) if rows begin at ``rows[at]`` with this separator, else None.
-
-    The first row has values in these columns, as the next two have, and as many fields. A line with text where the
-    rows below have values is a header or a preamble.
-    """
+    """Return the layout (`_layout_by_position`) if rows begin at ``rows[at]`` with this separator, else None."""
     count, first = max(len(split_fields(head[i], separator)) for i in rows[at : at + 3]), rows[at]
 
     def fields(i: int) -> list[str]:

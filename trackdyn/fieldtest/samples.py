@@ -57,8 +57,7 @@ def without_gaps(
 ) -> tuple[Stamps | None, pd.DataFrame, int, str]:
     """Return stamps and axes without gaps, the number of rows dropped before them, and a remark; or `InputError`.
 
-    ``lost`` are numbers of rows missing between rows, (N - 1,); other samples of ``axes`` are missing where they are
-    NaN. ``gaps`` is ``longest`` or ``bridge`` (`SensorMapping.gaps`).
+    ``lost`` are numbers of rows missing between rows, (N - 1,); other samples are missing where ``axes`` are NaN.
     """
     count, missing = len(axes), axes.isna().any(axis=1).to_numpy()
     if gaps == "longest":
