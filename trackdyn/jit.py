@@ -3,8 +3,7 @@
 The cache folder is named by a hash of everything that decides the code: an edit of a kernel's code starts a new folder,
 and nothing is cached once a file was edited after this process began. If that folder cannot be written, or numba lacks
 a name used here, every process compiles anew. numba is imported when the first kernel is called, since the import takes
-longer than most commands.
-``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
+longer than most commands. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
 import functools

@@ -255,7 +255,7 @@ def cache_base() -> Path:
 def kernel_files() -> list[Path]:
     """Return the files of the kernels."""
     places = [Path(__file__).parent / name for name in KERNEL_SOURCES]
-    files = (file for path in places for file in ([path] if path.is_file() else sorted(path.rglob("*.py"))))
+    files = (file for path in places for file in (path, *sorted(path.rglob("*.py"))))
     return [file for file in files if file.is_file()]
 
 

@@ -19,8 +19,8 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
 
     The loads of ``work`` are those led to the end of the step with the accelerations left out; its ``sweep`` receives
     the accelerations in the form that the time loop reads. Of ``implicit``, ``inertia``, ``couple`` and
-    ``wheel_inertia`` are read, the rest is written; the last entries of its ``load`` are the accelerations of the
-    wheels. ``cut`` is the cut joint: ``1 / (h^2 K + h C)``, 0 if rigid, and the force on body 1 (N; `riccati.close`).
+    ``wheel_inertia`` are read, the rest is written. ``cut`` is the cut joint: ``1 / (h^2 K + h C)``, 0 if rigid, and
+    the force on body 1 (N; `riccati.close`).
     """
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia

@@ -50,11 +50,11 @@ def closing_load(a, x, y):
 
 @kernel
 def accelerations(chain: Chain, state, work: Work, implicit_damping):
-    """Compute the response of every acceleration to the cut load, and the load that closes the cut.
+    """Compute the response of every acceleration to the cut load, and the load that closes the cut, in ``work.sweep``.
 
-    The loads of ``work`` are those without gravity and the bushing ``torque`` that of the start of the step;
-    ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing damping: the torque is
-    taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
+    The loads of ``work`` are without gravity, the bushing ``torque`` is that of the start of the step. With
+    ``implicit_damping`` (N m s2/rad), the step times the bushing damping, it is taken as ``torque - implicit_damping *
+    phi''``, which removes the step limit of the damping.
     """
     sweep(chain, state, work, implicit_damping, None)
     close(0.0, 0.0, 0.0, work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)

@@ -166,10 +166,7 @@ def find_area(tooth: Tooth, x, y):
 
 @kernel
 def closest_point(ax, ay, bx, by, cx, cy):
-    """Return the point Q of a segment AB closest to the wheel's centre C, after its parameter before it is limited.
-
-    That is 0 to 1 in the vertical case, less at end A, more at end B. The last result is the distance CQ, m.
-    """
+    """Return where line AB is closest to C (A: 0, B: 1), point Q of segment AB closest to C, and its distance, m."""
     ux, uy = bx - ax, by - ay
     s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)
     limited = min(max(s, 0.0), 1.0)

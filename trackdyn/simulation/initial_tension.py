@@ -84,18 +84,18 @@ class TensionedLoop:
         self.target, self.lever = taut or rig.tension.pre_tension, assembly.lever
         step = settling_step(scene, self.target, inf if taut else scene.time_step) / divisor
         self.scene, self.shift = scene, assembly.shift  # tensioning wheel along its line, m
-        self.weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # a metre of chain, N/m
+        weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # a metre of chain, N/m
         # least tension of the strand with the cut joint, N: weight of the chain from its middle to the lowest point
-        self.hanging = self.weight * float(assembly.pins[0, 1] - assembly.pins[:, 1].min())
+        self.hanging = weight * float(assembly.pins[0, 1] - assembly.pins[:, 1].min())
         self.swing = 0.0  # largest rate of a body, rad/s
         model = copy_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
-        # at rest, rolling resistance would keep the tensions of the strands different for seconds
-        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
             drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None,
             tooth=model.tooth._replace(present=0),
+            # at rest, rolling resistance would keep the tensions of the strands different for seconds
+            wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)),
         )  # fmt: skip
         shift_tensioner(self.model, rig, self.shift)
         linearly = METHODS[scene.integrator].linearly_implicit
@@ -110,7 +110,7 @@ class TensionedLoop:
         self.reached, self.compliance_ratio = 0.0, 1.6
         # the compliance of a slack strand is too large: no shift of a chunk is longer than a tenth of a body
         self.longest_shift = 0.1 * float(chain.length.max())
-        self.sag = assembly.path.sag(self.weight)
+        self.sag = assembly.path.sag(weight)
 
     @cached_property
     def _samples(self) -> tuple[Integration, Record]:
@@ -124,10 +124,11 @@ class TensionedLoop:
         """Return the tension of the chain at the cut joint, in the middle of the last strand, N."""
         return float(np.hypot(*self.work.sweep.load[:2]))
 
-    def chunk(self) -> None:
-        """Integrate one chunk and damp the rates at its end."""
+    def chunk(self) -> float:
+        """Integrate one chunk, damp the rates at its end, and return the `tension`."""
         self._integrate(self.model)
         self.scale_rates(DAMPING)
+        return self.tension()
 
     def _integrate(self, model: Model) -> None:
         integrate, record = self._samples
@@ -187,11 +188,7 @@ class TensionedLoop:
         """Integrate until the strands have equal tension; return its mean, N. Raises as `come_to_rest`."""
         mean = inf
         for _ in range(round(LONGEST_REST / PERIOD)):
-            loads = []
-            for _ in range(round(PERIOD / CHUNK)):
-                self.chunk()
-                loads.append(self.tension())
-            before, mean = mean, float(np.mean(loads))
+            before, mean = mean, float(np.mean([self.chunk() for _ in range(round(PERIOD / CHUNK))]))
             if abs(mean - before) <= EVEN * mean:
                 return mean
         self.come_to_rest()

@@ -1,6 +1,5 @@
 """Nested tuples of arrays that kernels read and write: allocation, views, and the positions of wheels."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,17 +15,10 @@ from trackdyn.scene.scene import Scene
 
 def flatten(tree: Any, name: str = "") -> dict[str, np.ndarray]:
     """Return the leaves of nested named tuples, arrays and numbers, by dotted name; None is no leaf."""
-    leaves: dict[str, np.ndarray] = {}
-    tree_map(lambda name, leaf: leaves.update({name: np.asarray(leaf)}), tree, name)
-    return leaves
-
-
-def tree_map(function: Callable[[str, Any], Any], tree: Any, name: str = "") -> Any:
-    """Map ``function(name, leaf)`` over the leaves of nested named tuples; names are dotted as in `flatten`."""
     if hasattr(tree, "_fields"):
-        prefix = f"{name}." if name else ""
-        return tree._make(tree_map(function, getattr(tree, field), prefix + field) for field in tree._fields)
-    return None if tree is None else function(name, tree)
+        branches = (flatten(branch, f"{name}.{field}".lstrip(".")) for field, branch in tree._asdict().items())
+        return {key: leaf for branch in branches for key, leaf in branch.items()}
+    return {} if tree is None else {name: np.asarray(tree)}
 
 
 class LoopArrays(NamedTuple):
@@ -38,12 +30,14 @@ class LoopArrays(NamedTuple):
     optional: OptionalWork = OptionalWork()
 
 
-def read_only(arrays: LoopArrays) -> LoopArrays:
-    """Return read-only views of a loop's arrays."""
-    views = tree_map(lambda _, leaf: leaf.view() if isinstance(leaf, np.ndarray) else leaf, arrays)
-    for leaf in flatten(views).values():
-        leaf.setflags(write=False)
-    return views
+def read_only(tree: Any) -> Any:
+    """Return nested named tuples with read-only views of their arrays."""
+    if hasattr(tree, "_fields"):
+        return tree._make(map(read_only, tree))
+    if isinstance(tree, np.ndarray):
+        tree = tree.view()
+        tree.setflags(write=False)
+    return tree
 
 
 def allocate(scene: Scene, step: float) -> LoopArrays:
@@ -73,7 +67,6 @@ def move_wheels(model: Model, centres: np.ndarray) -> None:
 
 def copy_wheels(model: Model) -> Model:
     """Return a model whose wheels and ring can change: copies of the arrays that scenes share."""
-    wheels = model.wheels
+    wheels, space = model.wheels, model.space
     wheels = wheels._replace(**{name: getattr(wheels, name).copy() for name in ("present", "x", "y", "radius")})
-    space = model.space
     return model._replace(wheels=wheels, space=space and space._replace(centre=space.centre.copy()))

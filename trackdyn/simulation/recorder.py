@@ -216,9 +216,8 @@ class Recorder:
             rows = record.samples._make(array[: self.done] for array in record.samples)
             record = record._replace(samples=rows, frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
-        contact_log = np.concatenate([np.zeros(0, CONTACT_INTERVAL), *self.ended])
         meta = provenance(scene, self.loop.layout) | {"resolved": self.resolution()._asdict()}
-        begin = float(self.begin)
-        recording = Recording.of_record(record, rate, contact_log=contact_log, begin=begin, meta=meta, wall=self.wall)
+        others = {"contact_log": np.concatenate([np.zeros(0, CONTACT_INTERVAL), *self.ended]), "wall": self.wall}
+        recording = Recording.of_record(record, rate, begin=self.begin, meta=meta, **others)
         vars(recording)["scene"] = scene  # not built anew from its description
         return recording

@@ -112,7 +112,7 @@ def _contacts(loop: Loop) -> np.ndarray:
 
 def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
     """Return `Replay.spans` and their origin along the loop: the first contact with the sprocket."""
-    spans, origin = np.full((wheels, 2), np.nan), 0.0
+    spans = np.full((wheels, 2), np.nan)
     bodies, touched = np.concatenate(contacts)[:, 7:].astype(int).T
     along = (middles[bodies] + np.repeat(moved, [len(rows) for rows in contacts])) % pitches
     for wheel in range(wheels):
@@ -121,7 +121,6 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
             gaps = np.diff(np.append(ways, ways[0] + pitches))
             begin = ways[(np.argmax(gaps) + 1) % len(ways)]
             spans[wheel] = begin, begin + pitches - gaps.max()
-    if wheels and np.isfinite(spans[SPROCKET, 0]):
-        origin = spans[SPROCKET, 0]
+    origin = np.nan_to_num(spans[SPROCKET, 0])
     begins = (spans[:, 0] - origin) % pitches
     return np.column_stack([begins, begins + np.diff(spans, axis=1)[:, 0]]), float(origin)

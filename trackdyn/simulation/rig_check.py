@@ -122,8 +122,7 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     for (one, a), (other, b) in combinations(wheels, 2):
         if hypot(*(a[:2] - b[:2])) < a[2] + b[2]:
             remarks.append(f"{one} and {other} overlap in the side view: they must have different axial positions")
-    common = gcd(rig.chain.pitches, rig.sprocket.teeth)
-    if common > 1:
+    if (common := gcd(rig.chain.pitches, rig.sprocket.teeth)) > 1:
         remarks.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
     weight, span = longest_strand(rig, path)
     if rig.gravity and weight * span > DEEP_SAG * (flat := 8 * rig.tension.pre_tension):

@@ -12,6 +12,7 @@ import pickle
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from importlib.metadata import version
 from math import nan
 from typing import NamedTuple
@@ -73,8 +74,7 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     check_stops(rig, suspensions, state.suspension)
     if scene.tension == "sprung":
         slide = float(state.suspension["q"][suspensions.of_wheel[tensioner(rig)]])
-    for name in ("rate", "rate_before", "along_x", "along_y"):
-        state.suspension[name] = 0.0
+    state.suspension[["rate", "rate_before", "along_x", "along_y"]] = 0.0
     layout = Layout(float(settled.shift), settled.reached, tension, slide)
     centres = wheel_centres(rig, settled.model.wheels)
     check_overlap(rig, centres[:, :2])
@@ -128,13 +128,10 @@ class SettledLoops:
             loop.check_meshing()
             return loop
 
-        def first_rested() -> TensionedLoop:
-            step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
-            finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
-            return first_that_runs([1.0, *finer], rested, (DivergenceError, NotSettledError))
-
-        key = f"{ring!r} {common}"
-        loop = self._copy(self._settled, key, lambda: _stored(scene, key, first_rested))
+        step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
+        divisors = [1.0, *(2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP)]
+        run, key = partial(first_that_runs, divisors, rested, (DivergenceError, NotSettledError)), f"{ring!r} {common}"
+        loop = self._copy(self._settled, key, lambda: _stored(scene, key, run))
         loop.scene = scene
         return loop
 

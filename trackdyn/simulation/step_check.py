@@ -67,11 +67,6 @@ class RunStatistics(NamedTuple):
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
     shares: np.ndarray  # (3,) of peaks of a single step in ``peaks``
 
-    @property
-    def isolated(self) -> float:
-        """Largest of the ``shares`` of loaded sides."""
-        return float(self.shares[_loaded(self.peaks)].max(initial=0.0))
-
     def doubtful(self, side: str) -> bool:
         """Return whether peaks of a single step exceed `ONE_STEP` of the mean peak of a side."""
         return bool(self.shares[SIDES.index(side)] > ONE_STEP)
@@ -107,9 +102,8 @@ def doubt(alternating: Alternation, statistics: RunStatistics | None = None) -> 
         return ""
     if alternating.share > DOUBTFUL_SHARE:
         return f"contacts chatter: {alternating.share:.2g} of the sensor's mean square alternates from step to step"
-    if statistics and statistics.isolated > ONE_STEP:
-        return f"{statistics.isolated:.0%} of the mean peak are forces of a single step"
-    return ""
+    isolated = statistics.shares[_loaded(statistics.peaks)].max(initial=0.0) if statistics else 0.0
+    return f"{isolated:.0%} of the mean peak are forces of a single step" if isolated > ONE_STEP else ""
 
 
 def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
