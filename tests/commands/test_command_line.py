@@ -1,13 +1,11 @@
 """The command line: its help, the libraries that commands load, and the numbers that options take."""
 
 import re
-from pathlib import Path
 
-import pandas as pd
 import pytest
 import typer.main
 
-from tests.conftest import python, run_command, written
+from tests.conftest import python, run_command
 from trackdyn.commands import options
 from trackdyn.commands.cli import app
 from trackdyn.rig import rig_file
@@ -15,6 +13,7 @@ from trackdyn.scene import choices
 
 ENTRY = "from trackdyn.__main__ import main; main()"
 HEAVY = ("numba", "pandas", "matplotlib", "scipy")
+LIBRARIES = {"pydantic", "yaml"}
 COMMANDS = typer.main.get_command(app).commands
 
 
@@ -23,10 +22,14 @@ def loaded(code, *words):
     return {name.partition(".")[0] for name in modules.split()}, "\n".join(printed)
 
 
-@pytest.mark.parametrize("line", ["--help", "simulate --help", "rigs", "--version"])
-def test_help_and_lists_load_no_numerical_library(line):
-    modules, printed = loaded(ENTRY, *line.split())
-    assert not modules & {*HEAVY, "numpy"} and printed.strip()
+@pytest.mark.parametrize(("code", "line", "others"), [
+    *((ENTRY, line, set()) for line in ("--help", "simulate --help", "rigs", "--version")),
+    ("import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}", "", LIBRARIES),
+    ("from trackdyn import InputError", "", LIBRARIES),
+])  # fmt: skip
+def test_help_lists_and_the_package_load_no_numerical_library(code, line, others):
+    modules, printed = loaded(code, *line.split())
+    assert not modules & {*HEAVY, "numpy", *others} and bool(printed.strip()) == bool(line)
 
 
 @pytest.mark.parametrize(("begin", "after"), [
@@ -54,14 +57,6 @@ def test_a_command_without_kernels_loads_no_compiler(tmp_path, monkeypatch, line
     assert not modules & {"numba", "llvmlite"}
 
 
-@pytest.mark.parametrize("code", [
-    "import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}",
-    "from trackdyn import InputError",
-])  # fmt: skip
-def test_the_package_is_imported_without_its_libraries(code):
-    assert not loaded(code)[0] & {*HEAVY, "numpy", "pydantic", "yaml"}
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_help_has_types_in_words_and_an_example_that_the_command_takes(name):
     assert all(param.metavar or getattr(param, "is_flag", False) for param in COMMANDS[name].params)
@@ -85,20 +80,3 @@ def test_every_number_is_finite_and_named_by_its_option(name, text):
         for option in param.opts if (param.metavar or "").startswith("NUMBER") else ():
             ended = run_command(name, option, text)
             assert ended.code == 1 and ended.err.startswith(f"trackdyn: {option} = {text!r}: ")
-
-
-def test_a_sweep_replaces_nothing_but_its_own_results(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    short = dict.fromkeys(("duration", "lead_in", "ramp"), 0.05)
-    pd.DataFrame({"motor_rpm": [115, 210]}).assign(preset="fast", **short).to_csv("d.csv", index=False)
-    asked = Path("d.csv").read_bytes()
-
-    def swept(out, *words):
-        return run_command("sweep", "d.csv", "-j1", "-q", "--out", out, *words)
-
-    for words in (("d.csv",), ("d.csv", "--overwrite"), (f"../{tmp_path.name}/d.csv",)):
-        assert swept(*words).code == 1 and Path("d.csv").read_bytes() == asked
-    written(Path("r.csv"), "a,b\n1,2\n")
-    assert "r.csv exists; give another name, or --overwrite" in swept("r.csv").err
-    assert Path("r.csv").read_text(encoding="utf-8") == "a,b\n1,2\n" and not Path("r.rows").exists()
-    assert swept("r.csv", "--overwrite").code == 0

@@ -16,6 +16,7 @@ from trackdyn.rig.rig_file import shipped_rigs
 
 RING = ["ring", "a.yaml", "--rpm", "115,210", "--radii", "0.302,0.304", "--out", "f", "-q"]
 SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
+CHECK = ["check", "a.yaml", "--no-settle", "--out", "a.svg"]
 FILES = ["ring.csv", *PICTURE_FILES, "ring.html"]
 
 
@@ -101,15 +102,14 @@ OTHER_SWEEPS = [
     ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
     ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
 ]  # fmt: skip
+OTHER_CHECKS = [("a.yaml", "b.yaml", False), ("a.yaml", "./a.yaml", True)]
+OTHERS = (RING, "f/ring.csv", OTHER_RINGS), (SWEEP, "r.csv", OTHER_SWEEPS), (CHECK, "a.svg", OTHER_CHECKS)
+ROWS = [(words, Path(name), *row) for words, name, rows in OTHERS for row in rows]
 
 
-ROWS = [(words, *row) for words, rows in ((RING, OTHER_RINGS), (SWEEP, OTHER_SWEEPS)) for row in rows]
-
-
-@pytest.mark.parametrize(("words", "old", "new", "same"), ROWS)
-def test_results_belong_to_their_study_or_sweep_however_it_is_spelled(folder, words, old, new, same):
+@pytest.mark.parametrize(("words", "results", "old", "new", "same"), ROWS)
+def test_results_belong_to_their_command_however_it_is_spelled(folder, words, results, old, new, same):
     """A study of another rig, or with fewer radii, took the place of a study without a word."""
-    results = Path("f/ring.csv" if words is RING else "r.csv")
     assert run_command(*words).code == 0
     Path("link").symlink_to("f")
     written(Path("e.csv"), "motor_rpm\n210\n")
@@ -141,3 +141,4 @@ def test_an_edited_design_replaces_its_own_results_and_nothing_is_replaced_witho
         assert "r.csv exists" in run_command(*SWEEP).err, damage
     shutil.rmtree("cache")
     assert "r.csv exists" in run_command(*SWEEP).err
+    assert run_command(*SWEEP, "--overwrite").code == 0

@@ -31,7 +31,6 @@ from trackdyn.rig.rig_file import shipped_rigs
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),
     (f"simulate {'x' * 300}.npz", "cannot be written (File name too long)"),
-    ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
     ("compare short.npz short.npz", "short.npz: this is a recording, not a table in text; give the sensor's file"),
     ("show short.npz --out run.pdf", "the name must end in .html"),
@@ -57,20 +56,6 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
     assert done.code == 1 and done.err.startswith("trackdyn: ") and len(done.err.splitlines()) == 1, done.err[:2000]
     assert all(word in done.err for word in words), done.err
     assert done.out == "" and sorted(folder.rglob("*")) == before
-
-
-@pytest.mark.parametrize(("words", "picture"), [([], "mine.png"), (["--out", "mine.svg"], "mine.svg")])
-def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture):
-    (folder / "rigs").mkdir()
-    for name, like in (("mine.yaml", "bench"), ("rigs/mine.yaml", "paper")):
-        assert run_command("new", name, "--like", like).code == 0
-    for _ in range(2):
-        done = run_command("check", "mine.yaml", "--no-settle", *words)
-        assert done.code == 0, done.err
-    before = Path(picture).read_bytes()
-    done = run_command("check", "rigs/mine.yaml", "--no-settle", *words)
-    assert done.code == 1 and f"{picture} exists; give another name" in done.err
-    assert before == Path(picture).read_bytes()
 
 
 def test_a_command_replaces_what_it_wrote_itself_and_no_edited_file(folder, rig):
@@ -103,9 +88,9 @@ def test_a_folder_of_the_name_of_a_rig_is_no_rig(folder):
 @pytest.mark.parametrize(("line", "name"), {
     "check paper": "paper.png", "check paper --out mine.svg": "mine.svg", "show short.npz": "short.html",
     "show short.npz --out mine.html": "mine.html", "export short.npz mine.csv": "mine.csv",
-    "new mine.yaml": "mine.yaml",
-    "compare short.npz mine.csv --out mine.csv --overwrite": "mine.csv",
-    "compare short.npz mine.csv --out link.csv --overwrite": "link.csv",
+    "new mine.yaml": "mine.yaml", "sweep mine.csv --out other.csv": "other.csv",
+    **{f"{line} --out {name} --overwrite": name
+       for line in ("compare short.npz mine.csv", "sweep mine.csv") for name in ("mine.csv", "link.csv")},
 }.items())  # fmt: skip
 def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, name):
     Path("link.csv").symlink_to("mine.csv")
