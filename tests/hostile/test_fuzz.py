@@ -5,6 +5,7 @@ import importlib
 import json
 import shutil
 import warnings
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -116,22 +117,19 @@ def test_rigs_from_files(folder, data):
 
 @FUZZ
 @given(data=damaged(yaml.safe_load((ROOT / "config/config.yaml").read_bytes())))
-def test_configurations(data):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        ends_well(check_config, data, "mine.yaml")
+def test_configurations(monkeypatch, data):
+    monkeypatch.chdir(ROOT)
+    ends_well(check_config, data, "mine.yaml")
 
 
-READERS = {"rig.yaml": (load_rig, read_layer), "sensor.csv": (read_sensor,), "belt.npz": (load_recording,)}
-
-
-@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize(("name", "readers"), [
+    ("rig.yaml", (load_rig, read_layer)), ("sensor.csv", (read_sensor,)), ("belt.npz", (load_recording,)),
+])  # fmt: skip
 @FUZZ
 @given(damage=st.data())
-def test_bytes_of_files(folder, name, damage):
-    path = folder / f"mine{name[-5:]}"
-    path.write_bytes(damage.draw(mangled((folder / name).read_bytes()[:4000])))
-    for read in READERS[name]:
+def test_bytes_of_files(folder, name, readers, damage):
+    path = written(folder / f"mine{name[-5:]}", damage.draw(mangled((folder / name).read_bytes()[:4000])))
+    for read in readers:
         ends_well(read, path)
 
 
@@ -139,8 +137,7 @@ def test_bytes_of_files(folder, name, damage):
 @given(seed=st.integers(0, 10**6), changes=st.data())
 def test_recordings(folder, seed, changes):
     path = folder / "mine.npz"
-    with np.load(folder / "belt.npz") as data:
-        arrays = dict(data)
+    arrays = dict(np.load(folder / "belt.npz"))
     meta = json.loads(str(arrays["meta"]))
     name = changes.draw(st.sampled_from(sorted(set(arrays) - {"meta"})))
     arrays[name] = [arrays[name].T, arrays[name][..., None], np.float32(3), np.arange(4)][seed % 4]
@@ -164,11 +161,8 @@ words = st.one_of(st.sampled_from(WORDS), st.text(st.characters(codec="utf-8", e
 
 @FUZZ
 @given(arguments=st.lists(words, max_size=8))
-def test_commands(folder, arguments):
-    def accepted(*_, **__):
-        raise TrackdynError("accepted")
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(importlib.import_module("trackdyn.simulation.simulate"), "simulate", accepted)
-        assert run_command(*arguments).code in (0, 1)
+def test_commands(folder, monkeypatch, arguments):
+    monkeypatch.chdir(folder)
+    accepted = Mock(side_effect=TrackdynError("accepted"))
+    monkeypatch.setattr(importlib.import_module("trackdyn.simulation.simulate"), "simulate", accepted)
+    assert run_command(*arguments).code in (0, 1)

@@ -32,8 +32,7 @@ DAMAGED = "not a trackdyn recording, or damaged"
 
 @pytest.fixture
 def arrays(belt_file):
-    with np.load(belt_file) as data:
-        return dict(data)
+    return dict(np.load(belt_file))
 
 
 @pytest.mark.parametrize("row", [
@@ -65,8 +64,7 @@ def test_a_recording_with_other_arrays_than_this_version_records_is_refused(tmp_
     meta, arrays = read_npz(belt_file, "recording", np.inf)
     arrays = {"more": arrays["gap"]} | arrays if name == "more" else {k: arrays[k] for k in arrays if k != name}
     write_npz(path := tmp_path / "run.npz", meta, arrays)
-    words = [f"has other arrays than this version records ('{name}'); run it again"]
-    refused(load_recording, path, start=path, words=words)
+    refused(load_recording, path, start=f"{path}: has other arrays than this version records ('{name}'); run it again")
 
 
 def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, arrays, monkeypatch):

@@ -58,25 +58,20 @@ def random_rig(number: int) -> Rig:
     rng = np.random.default_rng([SEED, number])
     base = load_rig(str(rng.choice(CHAINS)))
     pitches = int(round(np.exp(rng.uniform(*np.log(PITCHES)))))
-    for _ in range(ATTEMPTS):
-        placed = drawn_wheels(rng, base, pitches, int(rng.integers(WHEELS[0], WHEELS[1] + 1)))
-        if placed is not None:
-            break
-    else:
-        raise AssertionError(f"layout {number}: no wheels fit into {pitches} pitches")  # of two wheels some always do
+    drawn = (drawn_wheels(rng, base, pitches, rng.integers(*WHEELS, endpoint=True)) for _ in range(ATTEMPTS))
+    placed = next(wheels for wheels in drawn if wheels is not None)  # of two wheels some always fit
     circles = np.column_stack([placed[:, :2], pin_radius(base, placed[:, 2])])
     order = run_order(circles)
-    path = belt_path(circles[order])
-    c = base.chain
+    path, c = belt_path(circles[order]), base.chain
     weight = base.gravity * (c.link_mass + c.connector_mass) / base.pitch
-    span = float(np.diff(path.start)[1::2].max())
+    span = np.diff(path.start)[1::2].max()
     # the weight below the tensioned strand, and more, so that the lowest one is taut
-    low = float((circles[:, 1] - circles[:, 2]).min())
-    hanging = weight * (float(path.along([0.5 * (path.start[-2] + path.length)])[0][0, 1]) - low)
+    low = (circles[:, 1] - circles[:, 2]).min()
+    hanging = weight * (path.along([0.5 * (path.start[-2] + path.length)])[0][0, 1] - low)
     tension = max(base.tension.pre_tension * rng.uniform(0.5, 1.5), hanging + weight * span * rng.uniform(1.0, 3.0))
     # the wheel that takes up most, along the middle of its wrap
-    k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: float(path.wrap[k]))
-    direction = degrees(float(path.heading[k]) + float(path.wrap[k]) / 2 + pi / 2)
+    k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: path.wrap[k])
+    direction = degrees(path.heading[k] + path.wrap[k] / 2 + pi / 2)
     drag = {name: getattr(base.wheels["idler"], name) for name in ("bearing_drag", "rolling_arm")}
     wheels = {
         f"wheel_{i}": {"x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2} | drag
@@ -93,8 +88,7 @@ def test_a_drawn_layout_is_laid_exactly(number):
     """All wheels touch, none overlap, the chain is clockwise, closed, on the path, with a groove under a connector."""
     rig = random_rig(number)
     assert rig == random_rig(number) != random_rig(number + 1)
-    lengths = body_lengths(rig, rig.chain.kind)
-    laid = assemble(rig, lengths)
+    laid = assemble(rig, lengths := body_lengths(rig, rig.chain.kind))
     path = laid.path
     assert set(laid.order) == set(range(1 + len(rig.wheels))) and path.wrap.sum() == pytest.approx(2 * np.pi)
     ends = np.vstack([laid.pins, laid.pins[:1]])
@@ -104,8 +98,7 @@ def test_a_drawn_layout_is_laid_exactly(number):
     # convex: a straight strand turns by rounding only
     assert turns.sum() == pytest.approx(-2 * np.pi, abs=1e-10) and (turns < 1e-7).all()
     points = path.along(np.linspace(0, path.length, 20001))[0]
-    # as fine as the sampling of the path
-    assert max(np.hypot(*(points - pin).T).min() for pin in laid.pins) < path.length / 20001
+    assert max(np.hypot(*(points - pin).T).min() for pin in laid.pins) < path.length / 20001  # its sampling
     circles = wheel_circles(rig, laid.shift, surface=True)
     assert np.abs(circles - wheel_circles(rig, surface=True)).max() <= abs(laid.shift) <= rig.tension.travel
     pairs = combinations(circles, 2)

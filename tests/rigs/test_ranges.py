@@ -65,8 +65,7 @@ def test_fields_are_those_of_the_file_and_can_be_read_and_set(name):
     assert all(map(Rig.may_have, rig.fields))
     for wheel, section in rig.wheels.items():
         drag = f"{wheel}.bearing_drag"
-        assert rig.value(drag) == section.bearing_drag
-        assert rig.changed(**{drag: section.bearing_drag + 1.0}).value(drag) == section.bearing_drag + 1.0
+        assert rig.changed(**{drag: section.bearing_drag + 1.0}).value(drag) == rig.value(drag) + 1.0
 
 
 def test_a_wheel_and_a_surface_are_sections_by_their_names():
@@ -82,9 +81,8 @@ def test_a_wheel_and_a_surface_are_sections_by_their_names():
 def test_a_surface_has_no_name_of_something_else():
     rig = load_rig("m113")
     for name in (*Rig.model_fields, "idler", "a.b", "<b>", ""):
-        surfaces = {name: rig.wheel_contact.model_dump()}
         words = [f"surfaces.'{name}' is not a valid name: ", " of a section, a wheel"]
-        refused(rig.changed, surfaces=surfaces, words=words)
+        refused(rig.changed, surfaces={name: rig.wheel_contact.model_dump()}, words=words)
 
 
 def test_an_unknown_field_is_refused_with_similar_names():

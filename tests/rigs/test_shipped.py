@@ -78,15 +78,13 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
     suspensions, rig = loop.arrays.model.suspensions, loop.scene.rig
     assert len(suspensions.wheel) == 5
     for k, wheel in enumerate(suspensions.wheel):
-        arm = rig.wheels[f"road_{k + 1}"].arm
-        q = loop.state.suspension["q"][k]
+        arm, q = rig.wheels[f"road_{k + 1}"].arm, loop.state.suspension["q"][k]
         lever = np.array([loop.model.wheels.x[wheel] - arm.x, loop.model.wheels.y[wheel] - arm.y])
         fx, fy = chain_force(loop.arrays.work, wheel)
         moment = lever[0] * (fy - arm.mass * rig.gravity) - lever[1] * fx
         spring = suspensions.preload[k] - arm.stiffness * q
         assert moment + spring == pytest.approx(0.0, abs=0.05 * arm.mass * rig.gravity * np.hypot(*lever))
-        tx, ty = along(suspensions, k, q)
-        assert (tx, ty) == pytest.approx((-lever[1], lever[0]), abs=1e-9)
+        assert along(suspensions, k, q) == pytest.approx((-lever[1], lever[0]), abs=1e-9)
 
 
 @pytest.mark.peer
@@ -98,8 +96,8 @@ def test_exudyn_agrees():
         pytest.skip(str(missing))
     rig = load_rig("m113")
     rig = rig.changed(**{f"{name}__arm": None for name, wheel in rig.wheels.items() if wheel.arm})
-    times = {"ramp": 0.4, "lead_in": 0.0, "duration": 0.8}
-    scene = Scene(rig, 60.0 * rig.sprocket.transmission_ratio, step=STEP, contact_log=False, **times, **PEER_LAWS)
+    fields = {"ramp": 0.4, "lead_in": 0.0, "duration": 0.8, "step": STEP, "contact_log": False, **PEER_LAWS}
+    scene = Scene(rig, 60.0 * rig.sprocket.transmission_ratio, **fields)
     run, _ = run_peer(scene, PEER_STEP)
     loop = Loop(scene)
     centres = [loop.mass_centres]
