@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -77,8 +78,7 @@ def test_a_record_shorter_than_a_turn_or_without_a_line_is_refused_by_name(recor
 
 
 def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
-    hz, rate = 0.12781, 100.0
-    loop = rate / hz
+    hz, rate, loop = 0.12781, 100.0, 100.0 / 0.12781
     t = np.arange(3 * round(loop)) / rate
     ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
     for n in [*range(round(1.98 * loop), round(2.5 * loop), 3), *range(round(2 * loop) - 5, round(2 * loop) + 5)]:
@@ -100,8 +100,7 @@ def synthetic():
     ({"ax": "-ax", "ay": "-ay"}, "`axes: {ay: ay_g, ax: ax_g}` "),
     ({"ax": "ay", "ay": "ax", "az": "az"}, "`axes: {ay: ay_g, ax: ax_g}` "),
     ({"ax": "ax", "ay": "az", "az": "ay"}, "`axes: {ay: ay_g}` "),
-    ({"ay": "ay"}, ""),
-    ({"ay": "-ay"}, "`axes: {ay: ay_g}` "),
+    ({"ay": "ay"}, ""), ({"ay": "-ay"}, "`axes: {ay: ay_g}` "),
     ({"ay": "ax"}, "check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`)"),
 ])  # fmt: skip
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
@@ -123,9 +122,9 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
 def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, hz, order, axes):
     signal, rng = sense(recording), np.random.default_rng(3)
     sections = butter(order, hz, "high", fs=1000, output="sos")
-    ax, ay = (  # behind a high-pass filter that has settled
-        sosfilt(sections, np.r_[x, x])[x.size :] + 0.01 * rng.normal(size=x.size) for x in (signal.ax, signal.ay)
-    )
+    # behind a high-pass filter that has settled
+    passed = sosfilt(sections, np.tile([signal.ax, signal.ay], 2))[:, len(signal.ay) :]
+    ax, ay = passed + 0.01 * rng.normal(size=passed.shape)
     sensor = sensed(ay, ax if axes == 2 else None)
     sentence = judge_axes(recording, sensor)[0]
     assert "gravity is missing" in sentence and "AC-coupled" in sentence and "check its column" not in sentence
@@ -264,10 +263,7 @@ def test_equal_signals_look_equal_whatever_their_lengths(recording):
 
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):
     recording.save(tmp_path / "run.npz")
-    drawn = []
-    monkeypatch.setattr(
-        "trackdyn.plots.style.save", lambda figure, *where, **mark: drawn.append(figure) or save(figure, *where, **mark)
-    )
+    monkeypatch.setattr("trackdyn.plots.style.save", drawing := Mock(wraps=save))
     line = "compare", tmp_path / "run.npz", "data/synthetic/210rpm.csv"
     run = run_command(*line, "--figure", tmp_path / "a.svg", "--out", tmp_path / "a.csv")
     assert run.code == 0 and run.err.count("warning") == 1, run.err
@@ -276,7 +272,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     assert b"<svg" in (tmp_path / "a.svg").read_bytes()
     table = pd.read_csv(tmp_path / "a.csv").set_index("measure")
     assert table.sensor["mean_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends
-    _, lower, low, _ = drawn[0].axes
+    _, lower, low, _ = drawing.call_args.args[0].axes
     assert lower.get_title("right").startswith("synthetic sensor")
     assert [text.get_text() for text in low.get_legend().get_texts()] == ["simulation", "synthetic sensor"]
     for option, value, words in (

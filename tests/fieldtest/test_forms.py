@@ -31,6 +31,8 @@ PACKETS = "t_s,ay_g,box\n" + "".join(
     for k in range(10)
 )
 LONGEST = load_mapping(gaps="longest")
+GROUPED = table("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}")
+UNITS_IN_CELLS = table("t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg")
 NODES = table("t_ms,range_g,node,ay_g", lambda k, t, a: f"{8 * k},2,1,{-a}\n{8 * k},4,2,{a}")
 FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) / 1000)
 NOISE = np.random.default_rng(5).integers(-12, 13, T.size)
@@ -40,23 +42,16 @@ FORMS = {
     "blank lines": form("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"),
     "units in cells": form("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"),
     "units with raised signs": form("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"),
-    "commas and a point": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}"),
-    "points and a comma": form(
-        "t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}".translate(str.maketrans(",.", ".,"))
-    ),
-    "apostrophes": form("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")),
-    "blanks in thousands": form(
-        "t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")
-    ),
+    "commas and a point": (GROUPED, {}),
+    "points and a comma": (GROUPED.translate(str.maketrans(",.", ".,")), {}),
+    "apostrophes": (GROUPED.replace(",", "'"), {}),
+    "blanks in thousands": (UNITS_IN_CELLS.replace(",", "\N{NO-BREAK SPACE}"), {}),
     "stamps in brackets": form("time;ay_g", lambda k, t, a: f"[10:00:{t:06.3f}];{a}"),
     "quoted lines": form('"t_s,ay_g"', lambda k, t, a: f'"{t:.3f},{a}"'),
     "secs and nsecs": form("secs,nsecs,ay_g", lambda k, t, a: f"{int(17 + t)},{round(t % 1 * 1e9)},{a}"),
     "a row of another sensor": form("t_s,ay_g,temp", lambda k, t, a: f"{t:.3f},{a},\n{t + 0.004:.3f},,20"),
-    "one of two sensors": form(
-        "t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{9 * a:.4f}", group="ACC"
-    ),
-    # two nodes, of which the range of one is the number of the other
-    "the range of a node": (NODES, {"group": "node=2"}),
+    "one of two": form("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{9 * a:.4f}", group="ACC"),
+    "the range of a node": (NODES, {"group": "node=2"}),  # that of one is the number of the other
     "a kind within a node": form(
         "t_ms,node,kind,y",
         lambda k, t, a: f"{8 * k},1,ACC,{-a}\n{8 * k},1,GYR,{9 * a}\n{8 * k},2,ACC,{a}\n{8 * k},2,GYR,{-9 * a}",
@@ -77,7 +72,6 @@ FORMS = {
     "laps": form("t_s,lap,ay_g", lambda k, t, a: f"{t:.3f},{1 + k // 150},{a}"),
     "two states by chance": form("t_s,state,ay_g", lambda k, t, a: f"{t:.3f},{NOISE[k] > 0:d},{a}"),
     "buffers that jump": form("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}", group="none"),
-    # stamps
     "a counter of 32 bits": form("t_us,ay_g", lambda k, t, a: f"{(4293967295 + 8000 * k) % 2**32},{a}"),
     "a counter of 16 bits": form("Millis,ay_g", lambda k, t, a: f"{(65000 + 8 * k) % 2**16},{a}", time="Millis"),
     "micros in s": form("t_s,ay_g", lambda k, t, a: f"{(4294.9 + t) % 4294.967296:.6f},{a}"),
@@ -95,7 +89,7 @@ def test_a_form_holds_the_signal(form, tmp_path):
     assert record.rate == pytest.approx(125, rel=1e-4) and not record.doubts
 
 
-@pytest.mark.parametrize("form", ["plain", "one of two sensors", "counts without a sign"])
+@pytest.mark.parametrize("form", ["plain", "one of two", "counts without a sign"])
 def test_a_dataframe_is_read_as_its_file(form):
     text, options = FORMS[form]
     frame = pd.read_csv(io.StringIO(text))
@@ -194,8 +188,7 @@ def test_values_far_from_all_others_are_no_samples(mark, unit, options, rows, tm
 
 @pytest.mark.parametrize("wild", [{}, {9: -45.0, 200: 1e6}])
 def test_few_values_beyond_the_range_may_be_left_out(wild):
-    values, bridge = pd.Series(AY), load_mapping(gaps="bridge")
-    values[list(wild)] = list(wild.values())
+    values, bridge = pd.Series(wild).combine_first(pd.Series(AY)), load_mapping(gaps="bridge")
     record = read_sensor(pd.DataFrame({"t_s": T, "ay_g": values}), bridge)
     assert record.done["gaps"].startswith(f"{len(wild)} samples") and np.abs(record.ay - AY).max() < 0.4
     words = ["beyond the sensor's range ", " check the unit, `unit: m/s2`"]

@@ -93,10 +93,9 @@ def closed_walk(lengths, turn: float) -> np.ndarray:
     return corners - corners.mean(axis=0)
 
 
-CHAINS = [(13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)), (10, 0.0984, 0.208796, 0.05, None)]
-
-
-@pytest.mark.parametrize(("teeth", "link", "polygon", "thickness", "expected"), CHAINS)
+@pytest.mark.parametrize(("teeth", "link", "polygon", "thickness", "expected"), [
+    (13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)), (10, 0.0984, 0.208796, 0.05, None),
+])  # fmt: skip
 def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon, thickness, expected):
     """Sides of two lengths that turn by pi / teeth at every pin close after a turn of the sprocket."""
     connector = connector_length(teeth, link, np.hypot(polygon + thickness / 2, link / 2))
@@ -150,17 +149,15 @@ def arcs_of(groove):
 @pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", RIG])
 @pytest.mark.parametrize("decimals", [7, 6, 5, 4])
 def test_arcs_as_print_rounds_them_are_joined(name, decimals):
-    """Radii stay as printed, and errors of the contour are those of the slopes of its joints.
-
-    From two rounded centres, a slope errs by up to root 2 units of the last decimal over their distance, and the end
-    of an arc by its radius times as much. Two units are for the centres and radii themselves.
-    """
+    """Radii stay as printed, and errors of the contour are those of the slopes of its joints."""
     rig = load_rig(name)
     groove, arcs = rig.groove_profile, arcs_of(rig.groove_profile)
     rounded = np.round(arcs, decimals)
     joined = rig.changed(groove=None, profile=ToothProfile(arcs=rounded.tolist())).groove_profile
     distance = np.hypot(*np.diff(arcs[:, :2], axis=0).T)
     larger = np.maximum(arcs[1:, 2], arcs[:-1, 2])
+    # the slope between two centres errs by root 2 units of the last decimal over their distance, and the end of an arc
+    # by its radius times as much; centres and radii themselves by two units
     accepted = 10.0**-decimals * (2 + 2**0.5 * (larger / distance).max())
     assert np.abs(joined.profile() - groove.profile()).max() <= max(accepted, 1e-6)
     if decimals < 6:
@@ -176,11 +173,9 @@ def test_arcs_that_do_not_fit_are_refused(rig):
         arcs = fitting.copy()
         arcs[row, column] += change
         refused(groove_of_arcs, arcs, rig.sprocket.teeth, words=[word])
-    in_mm, narrow = (
-        ToothProfile(arcs=(fitting * [1e3, 1e3, 1e3, 1]).tolist()),
-        ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]),
-    )
+    in_mm = ToothProfile(arcs=(fitting * [1e3, 1e3, 1e3, 1]).tolist())
     refused(rig.changed, groove=None, profile=in_mm, words=["profile lies ", " in m, not in mm"])
+    narrow = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]])
     refused(narrow.groove, 10, 0.1, match=r"concave area of radius 0\.0\d+ m; it must be wider than")
 
 
