@@ -80,12 +80,11 @@ def _print_version(requested: bool) -> None:
         raise typer.Exit
 
 
+_VERSION = typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
+
+
 @app.callback()
-def trackdyn(
-    version: Annotated[
-        bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
-    ] = False,
-) -> None:
+def trackdyn(version: Annotated[bool, _VERSION] = False) -> None:
     """Simulate a track drive, compare it with a sensor, choose its rubber ring."""
 
 

@@ -12,6 +12,11 @@ from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError
 
+_SENSOR = "Sensor's file: a table in text, with columns by name."
+_MAPPING = "YAML file with the options of the sensor's file."
+_NAME = "Sensor of this record, where the rig has several."
+_FIGURE = "Picture to write: two turns of the loop, spectra"
+
 
 def parse_axes(pairs: list[str] | None) -> dict[str, str]:
     """Parse columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
@@ -76,18 +81,10 @@ def with_mapping(command: Callable) -> Callable:
 @with_mapping
 def compare(
     recording: options.RecordingFile,
-    sensor: Annotated[
-        Path, typer.Argument(metavar="SENSOR", help="Sensor's file: a table in text, with columns by name.")
-    ],
-    mapping: Annotated[
-        Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file with the options of the sensor's file.")
-    ] = None,
-    name: Annotated[
-        str | None, typer.Option("--sensor", metavar="NAME", help="Sensor of this record, where the rig has several.")
-    ] = None,
-    figure: Annotated[
-        Path | None, options.file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
-    ] = None,
+    sensor: Annotated[Path, typer.Argument(metavar="SENSOR", help=_SENSOR)],
+    mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE", help=_MAPPING)] = None,
+    name: Annotated[str | None, typer.Option("--sensor", metavar="NAME", help=_NAME)] = None,
+    figure: Annotated[Path | None, options.file_option("--figure", _FIGURE, ".png", ".svg")] = None,
     out: Annotated[Path | None, options.file_option("--out", "Table to write", ".csv")] = None,
     overwrite: options.Overwrite = False,
     **fields: Any,

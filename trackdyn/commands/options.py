@@ -127,14 +127,11 @@ StepOption = Annotated[float | None, number("--step", "Time step, s; the preset'
 _SHARE = "2% or 0.02"
 Tolerance = Annotated[float | None, share("--tolerance", _SHARE, f"Error of a measure, such as {_SHARE}.")]
 _MEASURES = f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}."
-Measures = Annotated[
-    list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=lambda: list(TOLERATED))
-]
+Measures = Annotated[list[str] | None, repeatable("--measure", "NAME", _MEASURES, autocompletion=lambda: [*TOLERATED])]
 _PITCHES = "Pitch of the chain, from 1, whose contact forces are recorded; the sensor's by default."
 Pitches = Annotated[list[int] | None, repeatable("--pitch", "PITCH", _PITCHES)]
-Jobs = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default.")
-]
+_JOBS = "Processes; all cores by default."
+Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help=_JOBS)]
 _PRESETS = ["fast", "standard", "paper", "reference"]
 _PRESET = "Bundle of choices: fast, standard, paper or reference; by default standard, or that of --tolerance."
 Preset = Annotated[str | None, typer.Option(metavar="NAME", autocompletion=lambda: _PRESETS, help=_PRESET)]
@@ -142,9 +139,8 @@ _RATE = "Samples per second, Hz, such as your sensor's; the rig's by default. Th
 Rate = Annotated[float | None, number("--rate", _RATE)]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
-RecordingFile = Annotated[
-    Path, typer.Argument(metavar="RECORDING", help="Recording made by `trackdyn simulate` (.npz).")
-]
+_RECORDING = "Recording made by `trackdyn simulate` (.npz)."
+RecordingFile = Annotated[Path, typer.Argument(metavar="RECORDING", help=_RECORDING)]
 _CHOICE = "Choice of fidelity, such as chain=single_pin."
 Choose = Annotated[list[str] | None, repeatable("--choose", "NAME=SETTING", _CHOICE)]
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]

@@ -10,6 +10,13 @@ from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, shown
 
+_LEAD_IN = "Time at constant speed before the record, s; after 1 s of start-up."
+_PAGE = "Page to write; the recording's name by default"
+_SECONDS = "Length of the animation, s; a turn of the sprocket by default."
+_SENSOR = "Sensor of the rig; all of them by default."
+_PITCHES = "Recorded pitch, from 1, whose contacts are added."
+_CONTACTS = "One row per contact instead: duration, groove, peak force, impulse."
+
 
 def simulate(
     out: Annotated[Path, options.file_argument("Recording to write", ".npz")],
@@ -18,9 +25,7 @@ def simulate(
     ring_radius: options.RingRadius = None,
     load: options.Load = None,
     duration: Annotated[float, options.number("--duration", "Recorded time, s.")] = 20.0,
-    lead_in: Annotated[
-        float, options.number("--lead-in", "Time at constant speed before the record, s; after 1 s of start-up.")
-    ] = 5.0,
+    lead_in: Annotated[float, options.number("--lead-in", _LEAD_IN)] = 5.0,
     preset: options.Preset = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
@@ -113,12 +118,8 @@ def _for_its_duration(scene, out: Path, quiet: bool) -> None:
 
 def show(
     recording: options.RecordingFile,
-    out: Annotated[
-        Path | None, options.file_option("--out", "Page to write; the recording's name by default", ".html")
-    ] = None,
-    seconds: Annotated[
-        float | None, options.number("--seconds", "Length of the animation, s; a turn of the sprocket by default.")
-    ] = None,
+    out: Annotated[Path | None, options.file_option("--out", _PAGE, ".html")] = None,
+    seconds: Annotated[float | None, options.number("--seconds", _SECONDS)] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -144,15 +145,9 @@ def show(
 def export(
     recording: options.RecordingFile,
     out: Annotated[Path, options.file_argument("Table to write", ".csv", ".mat")],
-    sensor: Annotated[
-        str | None, typer.Option("--sensor", metavar="NAME", help="Sensor of the rig; all of them by default.")
-    ] = None,
-    pitch: Annotated[
-        list[int] | None, options.repeatable("--pitch", "PITCH", "Recorded pitch, from 1, whose contacts are added.")
-    ] = None,
-    contacts: Annotated[
-        bool, typer.Option("--contacts", help="One row per contact instead: duration, groove, peak force, impulse.")
-    ] = False,
+    sensor: Annotated[str | None, typer.Option("--sensor", metavar="NAME", help=_SENSOR)] = None,
+    pitch: Annotated[list[int] | None, options.repeatable("--pitch", "PITCH", _PITCHES)] = None,
+    contacts: Annotated[bool, typer.Option("--contacts", help=_CONTACTS)] = False,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:

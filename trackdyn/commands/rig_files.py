@@ -10,6 +10,9 @@ from trackdyn.commands import console, options
 from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, TrackdynError, shown
 
+_PICTURE = "Picture to write, by default a .png named like the rig"
+_SETTLE = "Tension the loop and let it come to rest."
+
 
 def rigs() -> None:
     """List the rigs of the package.
@@ -50,14 +53,9 @@ def new(
 
 def check(
     rig: options.RigArgument,
-    out: Annotated[
-        Path | None,
-        options.file_option("--out", "Picture to write, by default a .png named like the rig", ".png", ".svg"),
-    ] = None,
+    out: Annotated[Path | None, options.file_option("--out", _PICTURE, ".png", ".svg")] = None,
     rpm: options.SpeedOption = 115.0,
-    settle: Annotated[
-        bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")
-    ] = True,
+    settle: Annotated[bool, typer.Option("--settle/--no-settle", help=_SETTLE)] = True,
     overwrite: options.Overwrite = False,
 ) -> None:
     """Draw the loop of a rig, and list unusual values.
@@ -105,11 +103,8 @@ def rig_text(like: str) -> str:
 
     def read(section: dict, name: str) -> dict:
         """Return the entries of a section that are no table and have an effect."""
-        return {
-            key: item
-            for key, item in section.items()
-            if f"{name}.{key}" not in ignored and not isinstance(item.get("value"), (list, tuple))
-        }
+        plain = {key: item for key, item in section.items() if not isinstance(item.get("value"), (list, tuple))}
+        return {key: item for key, item in plain.items() if f"{name}.{key}" not in ignored}
 
     def flow(section: dict) -> str:
         items = (f"{key}: {short(item) if 'value' in item else flow(item)}" for key, item in section.items())

@@ -110,22 +110,13 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         "work": work if any(row["work_j"] for row in work) else None,
         "files": {name: pd.DataFrame(rows).to_csv(index=False) for name, rows in tables.items()},
     }
-    return render(
-        "show.html.j2",
-        SCRIPTS,
-        embedded,
-        title=title,
-        recording=recording,
-        stretch=stretch,
-        resolution=CONFIGURATION,
-        measures=[{**dict([*row.items()][1:]), "name": row["name"]} for row in measures],  # a phone shows the first
-        work=work,
-        decisions=decisions,
-        remarks=[*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)],
-        stated=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
-        present=source_hash(),
-        plotly=packed(get_plotlyjs()),
-    )
+    measures = [{**dict([*row.items()][1:]), "name": row["name"]} for row in measures]  # a phone shows the first
+    notes = [*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)]
+    stated = [{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()]
+    run = {"title": title, "recording": recording, "stretch": stretch, "resolution": CONFIGURATION, "remarks": notes}
+    rows = {"measures": measures, "work": work, "decisions": decisions, "stated": stated}
+    software = {"present": source_hash(), "plotly": packed(get_plotlyjs())}
+    return render("show.html.j2", SCRIPTS, embedded, **run, **rows, **software)
 
 
 def work_of(recording: Recording) -> list[dict]:

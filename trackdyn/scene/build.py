@@ -255,10 +255,8 @@ def make_suspensions(rig: Rig, model: Model, tension: str, shift: float) -> cons
 
 def suspensions_of(rows: list[dict], wheels: int) -> constants.Suspensions:
     """Return suspensions from a row of fields each, without preload."""
-    columns = {
-        name: np.array([row.get(name, 0.0) for row in rows], int if name in ("wheel", "arm") else float)
-        for name in constants.Suspensions._fields
-    }
+    kinds = dict.fromkeys(constants.Suspensions._fields, float) | {"wheel": int, "arm": int}
+    columns = {name: np.array([row.get(name, 0.0) for row in rows], kind) for name, kind in kinds.items()}
     columns["of_wheel"] = np.full(wheels, -1)
     columns["of_wheel"][columns["wheel"]] = np.arange(len(rows))
     return constants.Suspensions(**columns)
