@@ -31,7 +31,7 @@ def run(rig):
 
 def test_a_tolerance_is_asked_of_measures_that_every_link_gives_alone():
     """Not of one of a sensor's record with a name, but no series; those of today stay."""
-    added = 'CATALOGUE = (acceleration("crest", "1", "peak over RMS", lambda s: s.of(max), Studied("crest", "crest")), '
+    added = 'CATALOGUE = (_entry("crest", "1", "peak over RMS", lambda s: s.of(max), Studied("crest", "crest")), '
     source = inspect.getsource(catalogue).replace("CATALOGUE = (", added)
     exec(compile(source, "catalogue", "exec"), names := {"__name__": "catalogue"})
     assert "crest" in names["NAMED"] and "crest" in names["RELATIVE"]

@@ -151,7 +151,7 @@ def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_wit
     runs[0].error["rms"], runs[1].error["rms"] = TotalError(0.009, 0.0, 0.01, 0.01), TotalError(0.0, 0.0, 0.01, 0.01)
     runs[0].recorder.done = 20_000
     planned, grown = planner.Plan(runs[0], RMS, 10.0, 0.0, 0.0, tuple(runs)), {"rms": Estimate(1.0, 0.0015, 0.003)}
-    assert planned.margins["rms"] == pytest.approx(0.001)
+    assert planned.chosen.margins(RMS)["rms"] == pytest.approx(0.001)
     other, length = planned._cheaper(runs[0], grown)
     assert other is runs[1] and length == pytest.approx(20 * 0.3**2)
     runs[1].refused = "it diverged"

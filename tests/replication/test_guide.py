@@ -42,7 +42,7 @@ rule {0}:
     script: "../trackdyn_replication/{2}"
 """
 CAPTION = "  {0}:\n    {0}:\n      title: {1}\n      text: Its content.\n"
-MEASURE = 'ACCELERATION += (acceleration("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),)\n'
+MEASURE = 'ACCELERATION += (_entry("tilt_g", "g", "tilt of mine", lambda s: s.of(s.mean), shown=True),)\n'
 PROBED = RULE.format("probe", 'f"{R}/probe.csv", f"{R}/tables/probe.csv"', "study/probe.py")
 # a file, a place in it (empty: its end), and the text that comes there
 TASKS = [

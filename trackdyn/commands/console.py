@@ -116,7 +116,7 @@ def plan(plan) -> None:
             errors = ", ".join(f"{name} {error.bias + error.bias_error:.2g}" for name, error in trial.error.items())
             message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s per second"
         line("chosen" if trial is plan.chosen else "tried", f"{trial.name}: {message}")
-    ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.margins.items())
+    ends = ", ".join(f"{name} to {margin:.2g}" for name, margin in plan.chosen.margins(plan.tolerances).items())
     line("stops", f"when the 95 % intervals are within {ends}; expected after {plan.duration:.3g} s at speed")
     more = f"{plan.cpu_s:.2g} CPU s more" if plan.cpu_s else "no more: the record is long enough"
     line("expected cost", f"{plan.trial_cpu_s:.2g} CPU s so far, {more}")

@@ -42,7 +42,7 @@ class Studied(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """A column and its estimator, by which `acceleration` and `contact` build one."""
+    """A column and its estimator."""
 
     column: Column
     # value and standard error of an `estimators.Sensed`, or `Passages`; None: computed by `metrics.run_metrics`
@@ -50,45 +50,35 @@ class Measure(NamedTuple):
     studied: Studied | None = None
 
 
-def _error_of(name: str) -> str:
-    """Return the column of a column's standard error: ``line_error_hz`` of ``line_hz``."""
+def _entry(name: str, unit: str, text: str, estimator, studied=None, **column: Any) -> Measure:
+    """Return a measure with other fields of its ``column``; the ``error`` of ``line_hz`` is ``line_error_hz``."""
     error, count = re.subn(r"_(g|hz|pct|n)(?=_|$)", r"_error_\1", name)
-    return error if count else f"{name}_error"
+    fields = {"error": error if count else f"{name}_error"} | column
+    return Measure(Column(name, unit=unit, text=text, **fields), estimator, studied)
 
 
-def acceleration(name: str, unit: str, text: str, estimator, studied=None, *, shown=False) -> Measure:
-    """Return a measure of a y acceleration; one that is shown, or has no text, is also compared with a sensor's."""
-    return Measure(Column(name, _error_of(name), unit, text, "relative", shown), estimator, studied)
-
-
-def contact(name: str, unit: str, text: str, estimator: Passages, studied=None, **column: Any) -> Measure:
-    """Return a measure of the passages of a side, with other fields of its ``column``; ``error`` if it has none."""
-    return Measure(Column(name, unit=unit, text=text, **{"error": _error_of(name)} | column), estimator, studied)
-
-
+# measures of a y acceleration; those that are shown, or have no text, are also compared with a sensor's
 ACCELERATION = (
-    acceleration("mean_g", "g", "", lambda s: s.of(s.mean)),
-    acceleration("rms_g", "g",
-                 "root mean square of the sensor's y acceleration (Eq. 40) over whole revolutions of the loop",
-                 lambda s: s.of(s.rms),
-                 Studied("rms", "RMS of the acceleration", lambda s: s.series(s.ay**2, root=True), "RMS, %"),
-                 shown=True),
-    acceleration("sd_g", "g", "standard deviation of the sensor's y acceleration over whole revolutions of the loop",
-                 lambda s: s.of(s.sd), Studied("sd", "SD of the acceleration", lambda s: s.sd()), shown=True),
-    acceleration("line_hz", "Hz", "frequency of the dominant peak, the highest bin of the FFT",
-                 lambda s: (s.bin[0], s.line_errors.bin_hz)),
-    acceleration("line_g", "g", "amplitude of the dominant peak, the highest bin of the FFT",
-                 lambda s: (s.bin[1], s.line_errors.bin_amplitude)),
-    acceleration("line_hz_binfree", "Hz", "frequency of the dominant peak, interpolated between bins",
-                 lambda s: (s.line[0], s.line_errors.hz), shown=True),
-    acceleration("line_g_binfree", "g", "amplitude of the dominant peak, interpolated between bins",
-                 lambda s: (s.line[1], s.line_errors.amplitude),
-                 Studied("line", "amplitude of the dominant peak", lambda s: s.line()), shown=True),
-    acceleration("high_frequency_g", "g",
-                 "root mean square of the content at and above 20 Hz, over whole revolutions of the loop",
-                 lambda s: s.high_frequency(),
-                 Studied("high_frequency", "RMS of the acceleration at and above 20 Hz",
-                         lambda s: s.series(s.high_passed(s.ay) ** 2, root=True), "above 20 Hz, %"), shown=True),
+    _entry("mean_g", "g", "", lambda s: s.of(s.mean)),
+    _entry("rms_g", "g", "root mean square of the sensor's y acceleration (Eq. 40) over whole revolutions of the loop",
+           lambda s: s.of(s.rms),
+           Studied("rms", "RMS of the acceleration", lambda s: s.series(s.ay**2, root=True), "RMS, %"), shown=True),
+    _entry("sd_g", "g", "standard deviation of the sensor's y acceleration over whole revolutions of the loop",
+           lambda s: s.of(s.sd), Studied("sd", "SD of the acceleration", lambda s: s.sd()), shown=True),
+    _entry("line_hz", "Hz", "frequency of the dominant peak, the highest bin of the FFT",
+           lambda s: (s.bin[0], s.line_errors.bin_hz)),
+    _entry("line_g", "g", "amplitude of the dominant peak, the highest bin of the FFT",
+           lambda s: (s.bin[1], s.line_errors.bin_amplitude)),
+    _entry("line_hz_binfree", "Hz", "frequency of the dominant peak, interpolated between bins",
+           lambda s: (s.line[0], s.line_errors.hz), shown=True),
+    _entry("line_g_binfree", "g", "amplitude of the dominant peak, interpolated between bins",
+           lambda s: (s.line[1], s.line_errors.amplitude),
+           Studied("line", "amplitude of the dominant peak", lambda s: s.line()), shown=True),
+    _entry("high_frequency_g", "g",
+           "root mean square of the content at and above 20 Hz, over whole revolutions of the loop",
+           lambda s: s.high_frequency(),
+           Studied("high_frequency", "RMS of the acceleration at and above 20 Hz",
+                   lambda s: s.series(s.high_passed(s.ay) ** 2, root=True), "above 20 Hz, %"), shown=True),
 )  # fmt: skip
 
 
@@ -98,18 +88,18 @@ def _of(side: str, heading: str, sentence: str) -> tuple[Measure, ...]:
     share = Studied(f"{side}_share", f"contact duration, {heading}", lambda s: s.share(side), f"{side} contact, points")
     peak = Studied(f"{side}_peak", f"mean peak force, {heading}", lambda s: s.peaks(side), f"{side} peak, %")
     return (
-        contact(f"{side}_share_pct", "%", f"contact duration of {sentence}, % of a sprocket turn, mean over passages",
-                Passages("share_pct"), share, kind="turns", shown=True),
-        contact(f"{side}_rms_n", "N", f"root mean square of the {force} {run}", Passages("square_n2", root=True)),
-        contact(f"{side}_sd_n", "N", f"standard deviation of the {force} {run}", Passages("variance_n2", root=True)),
-        contact(f"{side}_rms_contact_n", "N", f"root mean square of the {force} over the time in contact",
-                Passages("square_in_contact_n2", root=True)),
-        contact(f"{side}_peak_n", "N", f"largest {force} in a passage, mean over passages", Passages("peak_n"),
-                peak if side != "ring" else None, shown=True),
-        contact(f"{side}_peak_largest_n", "N", f"largest {force} in all passages", Passages("peak_n"),
-                error="the largest of a sample, which grows with the record; compare peak_n"),
-        *(contact(f"{side}_phase_{end}", "turns", f"{event} of {sentence} after the first contact of the passage, mean",
-                  Passages(f"phase_{end}"), kind="phase")
+        _entry(f"{side}_share_pct", "%", f"contact duration of {sentence}, % of a sprocket turn, mean over passages",
+               Passages("share_pct"), share, kind="turns", shown=True),
+        _entry(f"{side}_rms_n", "N", f"root mean square of the {force} {run}", Passages("square_n2", root=True)),
+        _entry(f"{side}_sd_n", "N", f"standard deviation of the {force} {run}", Passages("variance_n2", root=True)),
+        _entry(f"{side}_rms_contact_n", "N", f"root mean square of the {force} over the time in contact",
+               Passages("square_in_contact_n2", root=True)),
+        _entry(f"{side}_peak_n", "N", f"largest {force} in a passage, mean over passages", Passages("peak_n"),
+               peak if side != "ring" else None, shown=True),
+        _entry(f"{side}_peak_largest_n", "N", f"largest {force} in all passages", Passages("peak_n"),
+               error="the largest of a sample, which grows with the record; compare peak_n"),
+        *(_entry(f"{side}_phase_{end}", "turns", f"{event} of {sentence} after the first contact of the passage, mean",
+                 Passages(f"phase_{end}"), kind="phase")
           for end, event in (("start", "first touch"), ("end", "last release"))),
     )  # fmt: skip
 

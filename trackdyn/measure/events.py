@@ -12,7 +12,6 @@ from trackdyn.simulation.recording import Recording
 
 LIKE_HEIGHT = 0.85  # of the largest force: within 15 %, the share below which an effect is practically none
 RESOLUTION = 0.01  # of the paper's times of events, s
-AFTER_TOUCH = "after the touch"
 FLIGHT = 0.1  # turns of the sprocket: longer than the flight of an arc after an impact that rebounds
 EVENTS_WITHOUT_RING = {
     "first left": ("left", "start_s"), "first right": ("right", "start_s"), "left maximum": ("left", "peak_s"),
@@ -92,7 +91,7 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     for i, first, touch, samples, column, smooth in _forces(recording):
         side, force = SIDES[i], recording.force[:, column, i]
         loaded = max(samples.start, int(np.searchsorted(recording.time, touch + RESOLUTION)))
-        definitions = ((f"mean over {RESOLUTION:g} s", smooth, samples.start), (AFTER_TOUCH, force, loaded))
+        definitions = ((f"mean over {RESOLUTION:g} s", smooth, samples.start), ("after the touch", force, loaded))
         for name, values, begin in definitions:
             if begin < samples.stop:
                 highest = begin + np.argmax(values[begin : samples.stop])

@@ -140,13 +140,8 @@ class Plan(NamedTuple):
         """Scene with the setting; its duration is the longest one."""
         return self.chosen.recorder.loop.scene
 
-    @property
-    def margins(self) -> dict[str, float]:
-        """Tolerances of half of an interval by measure: ``tolerances`` less the setting's error."""
-        return self.chosen.margins(self.tolerances)
-
     def run(self) -> StopResult:
-        """Continue the record until its intervals are within the ``margins``.
+        """Continue the record until its intervals are within `Trial.margins`.
 
         Half widths of the measures include the error of the setting. The record has a turn of the loop at least, and
         its halves agree; until they do its first half is left out. A record that has grown to `MOST_GROWN` times its
@@ -169,7 +164,7 @@ class Plan(NamedTuple):
             scale, error = scale_of(name, mean.value), trial.error[name]
             scatter = hypot(error.bias_error, mean.half_width / scale)  # of bias and record
             measures[name] = mean._replace(half_width=(error.bias + scatter) * scale)
-        reason = f"the step was chosen for {', '.join(self.margins)}; other measures may be less accurate"
+        reason = f"the step was chosen for {', '.join(self.tolerances)}; other measures may be less accurate"
         resolved = recording.resolution._replace(state=OPEN, reason=reason)._asdict()
         transient = recording.scene.lead_in + cut * recording.periods.passage
         recording = replace(recording, meta=recording.meta | {"resolved": resolved})
