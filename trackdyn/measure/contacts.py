@@ -103,8 +103,7 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
         return np.zeros(0, int), np.zeros(0)
     pause = 0.5 * (period.loop - 0.5 * period.turn)  # half the time that a connector runs free in a revolution
     apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
-    begins = np.ones(len(start), bool)
-    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
+    begins = np.append(True, (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause)
     group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
     first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
     margin = LONGEST_CONTACT * period.turn
@@ -156,8 +155,7 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     for reduce, ends in ((np.fmin, ("start_s", "phase_start")), (np.fmax, ("end_s", "phase_end"))):
         table |= {name: gathered(reduce, rows[name], entry, shape, NAN) for name in ends}
     table["peak_s"] = _times_of_highest(rows, shape)
-    connector = np.zeros(shape[0], int)
-    connector[number] = connectors
+    connector = gathered(np.maximum, connectors, (number,), shape[:1], 0)
     return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
 
 

@@ -128,11 +128,10 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 
 def remarks(recording: Recording) -> list[str]:
     """Return warnings on the numbers of a run: on ranges of sensors, a transient, and g of a rig not on the earth."""
-    scene = recording.scene
-    count = 1 if scene.every_link else len(recording.sensors)
+    count = 1 if recording.scene.every_link else len(recording.sensors)
     sentences = list(filter(None, (_range_sentence(recording, sensor) for sensor in range(count))))
     sentences += filter(None, (_drift_sentence(recording, sensor) for sensor in range(len(recording.sensors))))
-    gravity = scene.rig.gravity
+    gravity = recording.scene.rig.gravity
     if gravity and abs(gravity / 9.81 - 1) >= GRAVITY_RANGE:
         sentences.append(f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2")
     return sentences

@@ -17,8 +17,7 @@ _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
 def rms(a) -> float:
     """Return the root mean square of a signal (N,) (Sect. 5)."""
-    a = _signal(a)
-    return float(np.sqrt(np.mean(a**2)))
+    return float(np.sqrt(np.mean(_signal(a) ** 2)))
 
 
 def standard_deviation(a) -> float:

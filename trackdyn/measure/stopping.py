@@ -64,8 +64,7 @@ def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None)
         return without_beginning(recording, begin), converged
 
     loop = Loop(scene, starts)
-    turns = 2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth
-    first = turns * scene.periods.turn
+    first = (2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth) * scene.periods.turn
     loop.lead_in()
     return record_until(Recorder(loop, scene.with_(contact_log=True), capacity=first), first, judge)
 

@@ -72,9 +72,7 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
 
 def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepRow:
     values = {name: value for name, cell in cells.items() if (value := _value(cell)) is not None}
-    fields: dict = {}
-    task: dict[str, dict] = {"rig": {}, "changes": {}, "scene": fields, "stop_rule": {}}
-    reason = ""
+    task: dict[str, dict] = {"rig": {}, "changes": {}, "scene": {}, "stop_rule": {}}
     try:
         if "ring_radius" in cells and "ring_radius" not in values:
             raise InputError("ring_radius is empty; expected a radius in m, or none")
@@ -83,18 +81,18 @@ def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepR
         task["rig"] = read(str(values.get("rig", rig)))
         for name, value in values.items():
             if name == "preset":
-                fields[name] = str(value)
+                task["scene"][name] = str(value)
             elif name in Scene.model_fields and name != "rig":
-                fields[name] = _field(name, value)
+                task["scene"][name] = _field(name, value)
             elif name in STOP_RULE:
                 task["stop_rule"][name.removeprefix("stop_rule.")] = value
             elif name not in ROW_COLUMNS:
                 task["changes"][name.replace(".", "__")] = value
-        if fields["motor_rpm"] == 0:
+        if task["scene"]["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, since rows record a running track")
     except InputError as error:
-        reason = str(error)
-    return row_of(task, reason, values if reason else None)
+        return row_of(task, str(error), values)
+    return row_of(task)
 
 
 def row_of(task: dict[str, dict], reason: str = "", refused: dict | None = None) -> SweepRow:
