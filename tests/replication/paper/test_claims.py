@@ -1,7 +1,6 @@
 """The scorecard: rules, verdicts, counts, refusals; each claim fails on evidence that must fail it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from trackdyn_replication.paper.measures import MEASURES
 from trackdyn_replication.paper.published import CELLS, DIFFERENCES, load_cells
 from trackdyn_replication.paper.tracks import learned_sentences, neighbours_sentence, ring_sentences
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = conftest.ROOT / "config"
 CLAIMS = {claim.name: claim for claim in claims.load_claims(CONFIG / "claims.yaml")}
 SENTENCES = claims.load_sentences(CONFIG / "claims.yaml")
 EVERY = list(CLAIMS.values())
@@ -263,7 +262,7 @@ def test_times_that_scatter_beyond_the_tolerance_are_not_judged(name):
             assert judged.verdict == verdict and (verdict == MET or scattering in judged.measured)
 
 
-def test_a_ring_that_bears_nothing_shows_no_growth():
+def test_a_ring_that_bears_nothing_shows_neither_growth_nor_influence():
     e = good()
     for columns in (["ring_rms_n", "ring_sd_n"], ["left_rms_n", "left_sd_n"]):
         nothing = changed(e, columns, 0.0, "ring/.*")
@@ -275,6 +274,9 @@ def test_a_ring_that_bears_nothing_shows_no_growth():
     assert judge(CLAIMS["C21a"], SPOILT["C21a"](let_go)).verdict == NOT_MET
     free = changed(e, ["ring_rms_n", "ring_sd_n"], 0.0, "ring/.*", None, [0.303, 0.304])
     assert judge(CLAIMS["C22a"], free).verdict == MET
+    idle = changed(e, "ring_share_pct", 0.0, "ring/.*", [150.0], [0.303])
+    for name in ("C20b", "C21d", "C24a", "C24b"):
+        assert judge(CLAIMS[name], idle)[:2] == ("a ring of 0.303 m carries nothing at 150 rpm", NOT_COMPARABLE)
     # that a force ends with the speed is no growth
     ends = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", [210.0])
     assert judge(CLAIMS["C21a"], ends).verdict == NOT_MET
@@ -327,13 +329,17 @@ def test_bad_claims_are_refused_in_one_sentence(tmp_path, field, value, words):
 
 
 @pytest.mark.parametrize(("name", "column", "inside", "outside", "runs"), [
-    ("C28b", "left_share_pct", 10.9, 11.0, (RING,)),  # equal within 2
-    ("C23a", "right_share_pct", 0.5, 0.51, ("ring/.*", [115.0], [0.305])),  # at most 0.5
-    ("C23b", "right_share_pct", 0.5, 0.49, ("ring/.*", [115.0], [0.304])),  # at least 0.5
+    ("C28b", "left_share_pct", [10.9], [11.0, np.nan], (RING,)),  # equal within 2
+    ("C23a", "right_share_pct", [0.5], [0.51, np.nan], ("ring/.*", [115.0], [0.305])),  # at most 0.5
+    ("C23b", "right_share_pct", [0.5], [0.49, np.nan], ("ring/.*", [115.0], [0.304])),  # at least 0.5
+    # may fall by 0.7 % in between, not by 1.4 %, and must grow by more than 14 %
+    ("C06a", "rms_g", [[1.0, 1.1, 1.092, 1.2]],
+     [[1.0, 1.1, 1.085, 1.2], [1.0, 1.05, 1.1, 1.14], [1.0, 1.05, 1.1, np.nan]], (RECORDS,)),
 ])  # fmt: skip
 def test_each_rule_ends_where_it_says(name, column, inside, outside, runs):
-    for share, verdict in ((inside, MET), (outside, NOT_MET), (np.nan, NOT_MET)):
-        assert judge(CLAIMS[name], changed(good(), column, share, *runs)).verdict == verdict
+    for values, verdict in ((inside, MET), (outside, NOT_MET)):
+        for value in values:
+            assert judge(CLAIMS[name], changed(good(), column, value, *runs)).verdict == verdict
 
 
 def test_a_maximum_has_one_reading_and_others_decide_nothing():
@@ -345,16 +351,6 @@ def test_a_maximum_has_one_reading_and_others_decide_nothing():
     assert judgement.verdict == NOT_MET and judgement.measured == "0.4"
     for event in ("left maximum", "left maximum" + AFTER):
         assert judge(CLAIMS["C16b"], later(good(), event, 0.4)).verdict == MET
-
-
-def test_what_grows_does_so_from_value_to_value_and_by_more_than_nothing():
-    for rms, verdict in (
-        ([1.0, 1.1, 1.092, 1.2], MET),  # falls by 0.7 %
-        ([1.0, 1.1, 1.085, 1.2], NOT_MET),  # falls by 1.4 %
-        ([1.0, 1.05, 1.1, 1.14], NOT_MET),  # grows by 14 %
-        ([1.0, 1.05, 1.1, np.nan], NOT_MET),
-    ):
-        assert judge(CLAIMS["C06a"], changed(good(), "rms_g", rms, RECORDS)).verdict == verdict
 
 
 @pytest.mark.parametrize(("left", "right"), [(0.03, 0.0), (0.0, 0.03)])
@@ -391,12 +387,6 @@ def test_printed_numbers_are_counted_one_by_one():
     assert lost["claim"].tolist() == numbers["claim"].tolist()
 
 
-def test_a_ring_that_carries_nothing_has_no_influence_to_judge():
-    idle = changed(good(), "ring_share_pct", 0.0, "ring/.*", [150.0], [0.303])
-    for name in ("C20b", "C21d", "C24a", "C24b"):
-        assert judge(CLAIMS[name], idle)[:2] == ("a ring of 0.303 m carries nothing at 150 rpm", NOT_COMPARABLE)
-
-
 def of_tracks() -> dict[str, pd.DataFrame]:
     """Tables of tracks, invented: four are judged, two of them engaged, one has no ring to choose."""
     rows = [["14", "Ring: it bears most", "engaged", 2, 0, 1.0, 0.22, 1.0, 1.0, 1.0, "follows"],
@@ -410,25 +400,22 @@ def of_tracks() -> dict[str, pd.DataFrame]:
                             (("polygon", 0.0), ("arc", 0.003), ("pins", 0.004), ("chord", 0.006))})  # fmt: skip
     binned = pd.DataFrame({"name": ["19", "19"], "creep_high": [2.0, 80.0], "shown": [1, 0], "decided": [2, 1]})
     mobilised = pd.DataFrame({"creep": [0.2, 0.2, 2.0, 2.0], "mobilised_friction": [0.009, 0.016, 0.055, 0.11]})
-    return {"sentences": pd.DataFrame(rows, columns=head), "draws": draws, "map": binned, "mobilised": mobilised,
-            "rings": of_rings()}  # fmt: skip
-
-
-def of_rings() -> pd.DataFrame:
-    """Rings to choose on invented tracks: polygon radius 0.305 m, three tracks from one start and two from another."""
-    rows = [
+    # rings to choose on three tracks from one start and two from another
+    chosen = [
         (1, 1, 0.02, {"0.3": 0.309, "0.5": 0.307, "0.7": 0.306, "durations": 0.305}),
         (2, 1, 0.05, {"0.3": np.nan, "0.5": 0.309, "0.7": 0.309, "durations": 0.306}),
         (3, 1, 0.2, {"0.3": np.nan, "0.5": np.nan, "0.7": 0.305, "durations": np.nan}),
         (1, 2, 0.02, {"0.5": 0.308}), (3, 2, 0.2, {"0.5": np.nan}),
     ]  # fmt: skip
-    table = pd.DataFrame([
+    rings = pd.DataFrame([
         {"draw": draw, "engaged": int(draw < 3), "start": start, "mobilised_friction": friction, "rule": rule,
          "radius_m": radius, "tooth_ratio": {"0.5": 0.1 * draw, "durations": 0.6 * draw}.get(rule, 0.2),
          "tension_ratio": 1.0 + draw, "state": "larger misses" if np.isnan(radius) else "chosen"}
-        for draw, start, friction, choices in rows for rule, radius in choices.items()
+        for draw, start, friction, choices in chosen for rule, radius in choices.items()
     ])  # fmt: skip
-    return table.assign(polygon_m=0.305, arc_m=0.308, pins_m=0.309, chord_m=0.311)
+    rings = rings.assign(polygon_m=0.305, arc_m=0.308, pins_m=0.309, chord_m=0.311)
+    return {"sentences": pd.DataFrame(rows, columns=head), "draws": draws, "map": binned, "mobilised": mobilised,
+            "rings": rings}  # fmt: skip
 
 
 def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_friction():
@@ -448,7 +435,7 @@ def test_what_is_learned_of_tracks_names_engaged_ones_bounds_readings_and_fricti
                  "the same on 1 and moves by a millimetre on 1."],
     }.items():  # fmt: skip
         assert [words for words in counts if words not in text] == []
-    assert "of a tooth, recommends a ring on 0" in ring_sentences(of_rings().assign(state="none"))
+    assert "of a tooth, recommends a ring on 0" in ring_sentences(tables["rings"].assign(state="none"))
     dependent = tables["sentences"].assign(**{"class": "depends"})
     assert "No sentence holds on nine of ten of these." in learned_sentences(tables | {"sentences": dependent})[0]
     tables["sentences"].loc[tables["sentences"]["name"] == "14", "share"] = 0.95
