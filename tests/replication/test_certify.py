@@ -86,7 +86,7 @@ def test_a_recording_of_another_configuration_is_no_equal_run(results):
 
 
 # text of metrics.csv, its replacement, status, words of the message
-EDITS = [
+@pytest.mark.parametrize(("old", "new", "status", "message"), [
     ("6.4", "8.8", EQUAL, ""),  # a time
     ("0.924182", "0.924190", WITHIN, "within the tolerance"),
     ("0.924182", "0.924282", DIFFERS, "rms_g in row 1 is 0.924282, expected 0.924182"),
@@ -97,10 +97,7 @@ EDITS = [
     ("run,rms_g", "run,rms", DIFFERS, "columns differ: rms"),
     ("150rpm,1.08251,7.1,3.1e-14,loose\n", "", DIFFERS, "1 rows, expected 2"),
     ("115rpm,0.924182", "116rpm,0.934182", DIFFERS, "run in row 1 is 116rpm, expected 115rpm; 2 values"),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "status", "message"), EDITS)
+])  # fmt: skip
 def test_a_change_is_judged_and_named(results, old, new, status, message):
     expected = describe(results)
     assert TABLE.count(old) == 1
@@ -140,15 +137,11 @@ def test_a_damaged_entry_is_refused(results, key, value):
     manifest = write_manifest(results)
     data = json.loads(manifest.read_text(encoding="utf-8"))
     data["files"]["metrics.csv"][key] = value
-    words = [f"manifest.json: files.'metrics.csv'.{key}"]
-    refused(load_manifest, written(manifest, json.dumps(data)), words=words)
-
-
-PICTURE = Image.effect_noise((90, 60), 9.0)
+    refused(load_manifest, written(manifest, json.dumps(data)), words=[f"manifest.json: files.'metrics.csv'.{key}"])
 
 
 @pytest.mark.parametrize(("name", "write"), [
-    ("figures/fig24.png", PICTURE.save),
+    ("figures/fig24.png", Image.effect_noise((90, 60), 9.0).save),
     ("figures/fig24.svg", lambda path: path.write_text("<svg>" + "<g/>" * 99 + "</svg>")),
     ("runs/115rpm.npz", lambda path: np.savez(path, a=np.arange(999.0))),
     ("tables/long.csv", lambda path: path.write_text("t,a\n" + "".join(f"{k},{k % 7}\n" for k in range(30_000)))),

@@ -55,11 +55,7 @@ TASKS = [
     ("trackdyn/model/arrays.py", "    wheel_rate: Anno", '    wheel_turn: Annotated[np.ndarray, Row(("wheels",))]\n'),
     ("trackdyn/integrate/run.py", "        rows.wheel_rate[", "        rows.wheel_turn[sample, wheel] = 1.0 + wheel\n"),
     # an option of a sensor's file
-    (
-        "trackdyn/fieldtest/sensor_mapping.py",
-        "    resample: bool",
-        '    mine: bool = Field(False, description="Mine.")\n',
-    ),
+    ("trackdyn/fieldtest/sensor_mapping.py", "    resample:", '    mine: bool = Field(False, description="Mine.")\n'),
     # a figure
     (f"{FOLDER}/report/figures/mine.py", "", SCRIPT + DRAW),
     ("workflow/rules/records.smk", "", RULE.format("mine", 'figure("mine")', "report/figures/mine.py")),

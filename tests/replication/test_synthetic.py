@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import ROOT
 from trackdyn.fieldtest.sensor_csv import read_sensor
-from trackdyn_replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset, write_record
+from trackdyn_replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset
 
 FOLDER = ROOT / "data" / "synthetic"
 HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum is no more exact
@@ -31,18 +31,14 @@ def test_committed_records_show_the_printed_main_lines_are_whole_hardly_clipped_
     assert len(SPEEDS) == len(list(FOLDER.glob("*.csv"))) == 4
 
 
-def test_regeneration_gives_the_committed_bytes(tmp_path):
-    write_record(tmp_path, 150)
+def test_data_set_is_written_with_the_committed_bytes_and_described(tmp_path, monkeypatch):
+    monkeypatch.setattr("trackdyn_replication.synthetic.SPEEDS", {rpm: SPEEDS[rpm] for rpm in (115, 150)})
+    committed = json.loads((FOLDER / "datapackage.json").read_text(encoding="utf-8"))
+    described = committed | {"resources": committed["resources"][:2]}
+    stale = [known | {"bytes": 0, "hash": "", "achieved": {}, "fitted": {}} for known in described["resources"]]
+    (tmp_path / "datapackage.json").write_text(json.dumps(described | {"resources": stale}), encoding="utf-8")
+    write_dataset(tmp_path)
     assert (tmp_path / "150rpm.csv").read_bytes() == (FOLDER / "150rpm.csv").read_bytes(), (
         "the generator changed: run python -m trackdyn_replication.synthetic and commit data/synthetic"
     )
-
-
-def test_whole_data_set_is_written_and_described(tmp_path, monkeypatch):
-    monkeypatch.setattr("trackdyn_replication.synthetic.SPEEDS", {115: SPEEDS[115]})
-    committed = json.loads((FOLDER / "datapackage.json").read_text(encoding="utf-8"))
-    described = committed | {"resources": committed["resources"][:1]}
-    stale = described["resources"][0] | {"bytes": 0, "hash": "", "achieved": {}, "fitted": {}}
-    (tmp_path / "datapackage.json").write_text(json.dumps(described | {"resources": [stale]}), encoding="utf-8")
-    write_dataset(tmp_path)
     assert json.loads((tmp_path / "datapackage.json").read_text(encoding="utf-8")) == described

@@ -6,18 +6,13 @@ from pathlib import Path
 import pytest
 from snakemake.utils import update_config
 
-from tests.conftest import ROOT, refused, written
+from tests.conftest import refused, written
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
 from trackdyn_replication.pipeline.config import check_config, check_layers
 
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
-
-
-@pytest.fixture(autouse=True)
-def in_the_repository(monkeypatch):
-    monkeypatch.chdir(ROOT)  # a configuration names its rig relative to the repository
 
 
 @pytest.fixture
@@ -115,8 +110,7 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
 def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     """Also in a quick run; other codes have models only of the article's rig."""
-    text = f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n"
-    mine = written(tmp_path / "mine.yaml", text)
+    mine = written(tmp_path / "mine.yaml", f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n")
     config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
     assert config.peers is None and check_layers([BASE, QUICK], {}, update_config)[0].peers
     assert not config.is_paper and check_layers([BASE, QUICK], {}, update_config)[0].is_paper

@@ -28,12 +28,7 @@ from trackdyn_replication.paper.contents import PAPER
 from trackdyn_replication.paper.evidence import Evidence
 from trackdyn_replication.paper.measures import MAXIMUM, MEASURES
 from trackdyn_replication.paper.published import SENSORS
-from trackdyn_replication.report.figures.meshing import (
-    moments,
-    passage_figure,
-    printed_and_measured_times,
-    select_passage,
-)
+from trackdyn_replication.report.figures import meshing
 from trackdyn_replication.report.figures.records import closure_figure
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
 from trackdyn_replication.report.tables import lines_table, table1, table3
@@ -132,20 +127,15 @@ def test_table1_has_the_areas_of_the_groove():
     assert table["length_mm"].min() > 1  # none of the ten arcs of the default rig is one only in name
 
 
-@pytest.fixture(scope="module")
-def without_ring():
-    """A record of two passages without a ring, with the columns of claims and figures."""
-    scene = Scene(RIG, 115.0, None, duration=18.0, lead_in=1.0, frame_interval=0.01, pitches=(1, 2))
-    return simulate(scene)
-
-
-def test_claim_table_and_figures_have_one_reading_of_a_maximum_and_name_it(without_ring):
+def test_claim_table_and_figures_have_one_reading_of_a_maximum_and_name_it():
     """The judged time of a maximum is that of the table of events, of Figure 19 and of the panel of Figure 20."""
+    scene = Scene(RIG, 115.0, None, duration=18.0, lead_in=1.0, frame_interval=0.01, pitches=(1, 2))
+    without_ring = simulate(scene)  # two passages
     events = mean_events(without_ring).assign(run="meshing/no_ring")
     evidence = Evidence(pd.DataFrame(), events, RIG, 115.0)
-    selected = select_passage(without_ring)
-    drawn = {moment.title: moment.time for moment in moments(without_ring, selected)}
-    table = printed_and_measured_times(without_ring)
+    selected = meshing.select_passage(without_ring)
+    drawn = {moment.title: moment.time for moment in meshing.moments(without_ring, selected)}
+    table = meshing.printed_and_measured_times(without_ring)
     for side in ("left", "right"):
         judged = MEASURES[f"{side}_maximum_without_ring"].evaluate(evidence, [115.0])
         scatter = events.set_index("event").at[f"{side} {MAXIMUM}", "sd_s"]
@@ -153,7 +143,7 @@ def test_claim_table_and_figures_have_one_reading_of_a_maximum_and_name_it(witho
         # one passage of those whose median is judged; samples are 1 ms apart
         assert drawn[f"{side} maximum"] == pytest.approx(judged[0], abs=2 * np.nan_to_num(scatter) + 0.0015)
     assert list(drawn)[2:4] == ["left maximum", "right maximum"]  # the order of the paper
-    figure = passage_figure(without_ring)
+    figure = meshing.passage_figure(without_ring)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     marks = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "s", "^")]
     assert ("largest of all time steps" in labels) == bool(marks)

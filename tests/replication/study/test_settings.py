@@ -1,16 +1,14 @@
 """The settings of the long studies: shipped ones are valid, meaningless ones are refused in one sentence."""
 
-from pathlib import Path
-
 import pytest
 from pydantic import TypeAdapter
 
-from tests.conftest import refused
+from tests.conftest import ROOT, refused
 from trackdyn.inputs.validation import validated
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn_replication.study.settings import Studies, StudiesFile
 
-FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
+FILE = ROOT / "config" / "studies.yaml"
 TURNS = {"loop_turns": 1, "loop_turns_without_ring": 1}
 ONE_METHOD = {"scenes": [[210, 0.308]], "steps_s": {"rk4": [1e-4]}, "coarse_steps_s": {}} | TURNS
 
