@@ -10,9 +10,8 @@ from laboratory.plausible.rows import run_rig
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.study import CREEP, ENGAGED, NOT_JUDGED, mobilised_table, separating_values, shares
 from laboratory.plausible.verdicts import JAMMED, Judge
-from trackdyn.measure.sensor import whole_samples
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Periods, Scene
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.engine import DONE, REFUSED, without_values
 from trackdyn.sweeps.sweep_row import run_values
@@ -152,4 +151,3 @@ def test_passages_of_all_connectors_agree_with_a_long_run(rig):
     assert known["left_share_pct"] > 1 and values["left_areas"] == known["left_areas"]
     for event in ("left touches", "ring left", "out"):
         assert values[f"event {event}"] == pytest.approx(known[f"event {event}"], abs=0.003)
-    assert whole_samples(rig.rate, 8 * Periods.at(rig, 115).passage) > 0

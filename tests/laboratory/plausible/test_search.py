@@ -27,7 +27,7 @@ def printed_values() -> dict[str, dict]:
         for ring in radii:
             growth = 1 + 0.22 * (rpm - 115) / 95
             left = 45.1 if ring is None else 30.0 if ring < 0.307 else 8.9 if ring == 0.308 else 10.0
-            scene = {
+            values[scene_name(rpm, ring)] = {
                 "left_share_pct": left, "right_share_pct": 44.4 if ring is None else 5.0 if ring < 0.305 else 0.0,
                 "ring_share_pct": 0.0 if ring is None else 49.2, "left_rms_n": 200 * growth, "left_sd_n": 150 * growth,
                 "left_rms_contact_n": 900.0 if ring is None else 500.0,
@@ -40,7 +40,6 @@ def printed_values() -> dict[str, dict]:
                 "event right maximum, mean over 0.01 s": 1.07, "event right maximum, peak 1 of like height": 0.5,
                 "event ring maximum, mean over 0.01 s": 0.22,
             }  # fmt: skip
-            values[scene_name(rpm, ring)] = scene
     values[scene_name(115, None)]["left_sd_n"] = 400.0
     return values
 
@@ -94,8 +93,8 @@ def test_a_search_goes_down_and_repeats_itself(name, monkeypatch):
         return None if x[3] > 0.95 else Outcome({str(i): size for i, size in enumerate(8 * (x - 0.6))}, 3, 2)
 
     monkeypatch.setattr(Searching, "outcomes", lambda self, unknowns, points: [outcome(x) for x in points])
-    settings = CONFIG.search.model_copy(update={"rows": 150})
-    searching = Searching(CONFIG.model_copy(update={"search": settings}), "config/claims.yaml", 1, "unused")
+    short = CONFIG.model_copy(update={"search": CONFIG.search.model_copy(update={"rows": 150})})
+    searching = Searching(short, "config/claims.yaml", 1, "unused")
     rows = searching.search(name)
     assert rows["cost"].min() < 0.05 * rows["cost"].iloc[0] and rows["row"].tolist() == list(range(1, len(rows) + 1))
     pd.testing.assert_frame_equal(rows, searching.search(name))
@@ -106,12 +105,12 @@ def test_a_rig_file_has_values_and_ranges_and_names_those_outside(name, tmp_path
     unknowns = searched_unknowns(CONFIG, name)
     values = unknowns.values(np.full(len(unknowns.labels), 0.4))
     # most numbers, then most sentences, then the least cost
-    ends = [(3.0, 20, 9, 0.42), (9.0, 21, 9, 0.4), (8.0, 21, 8, 0.6), (10.0, 21, 9, 0.38)]
-    begins = ["draw 155", "draw 241", SEARCHED, SEARCHED]
+    ends = [("draw 155", 3.0, 20, 9, 0.42), ("draw 241", 9.0, 21, 9, 0.4), (SEARCHED, 8.0, 21, 8, 0.6),
+            (SEARCHED, 10.0, 21, 9, 0.38)]  # fmt: skip
     rows = pd.DataFrame([
-        {"search": name, "row": 1 + i, "begin": begins[i], "cost": cost, "numbers": numbers, "sentences": sentences}
+        {"search": name, "row": row, "begin": begin, "cost": cost, "numbers": numbers, "sentences": sentences}
         | unknowns.values(np.full(len(unknowns.labels), at))
-        for i, (cost, numbers, sentences, at) in enumerate(ends)
+        for row, (begin, cost, numbers, sentences, at) in enumerate(ends, 1)
     ])  # fmt: skip
     (path := tmp_path / "rig.yaml").write_text(searched_rig(CONFIG, rows, name), encoding="utf-8")
     rig, table = load_rig(path), parameter_table(path).set_index("name")

@@ -1,17 +1,14 @@
 """Unknowns: from the unit cube to rigs and back, and refusals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
-from tests.conftest import refused
+from tests.conftest import ROOT, refused
 from trackdyn.rig.rig import load_rig
 
-RIG_FILE = Path(__file__).parents[3] / "trackdyn" / "rigs" / "paper.yaml"
-RIG = load_rig(RIG_FILE)
-RANGES = file_ranges(RIG_FILE)
+RIG = load_rig("paper")
+RANGES = file_ranges(ROOT / "trackdyn" / "rigs" / "paper.yaml")
 STIFFNESS = Unknown(names=["bushing.stiffness"], scale="log")
 
 
