@@ -161,6 +161,15 @@ def driven_loop(make_scene):
     return lambda ring_radius=0.308, motor_rpm=115.0: made(ring_radius, motor_rpm).copy()
 
 
+@pytest.fixture
+def pyplot():
+    """``matplotlib.pyplot`` without a window, for a test that leaves no figure open."""
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("Agg")
+    yield pyplot
+    pyplot.close("all")
+
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
 BROWSER_ARGUMENTS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",

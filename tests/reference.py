@@ -45,7 +45,10 @@ def reference_accelerations(
     """
     n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
     angle, rate, force_x, force_y, moment = np.longdouble([angle, rate, force_x, force_y, moment])
-    to_input, to_output = _pin_arms(chain, angle)
+    c, s = np.cos(angle), np.sin(angle)
+    # (n, 2) arms from mass centres to pins, m
+    to_input = -np.stack([c * chain.com_x - s * chain.com_y, s * chain.com_x + c * chain.com_y], axis=1)
+    to_output = chain.length[:, None] * np.stack([c, s], axis=1) + to_input
     joints = [(i, (i + 1) % n) for i in range(n)]
     if torque is None:
         turn = np.array([angle[o] - angle[i] - (2.0 * np.pi if o < i else 0.0) for i, o in joints])
@@ -91,13 +94,6 @@ def reference_accelerations(
     pins = np.array([_pin_jacobian(to_input[i]) @ motion[i] - rate[i] ** 2 * to_input[i] for i in range(n)])
     force = -solution[size : size + 2 * (n - (cut is not None))].reshape(-1, 2)
     return Accelerations(*(array.astype(float) for array in (pins, motion[:, 2], force, solution[3 * n : size])))
-
-
-def _pin_arms(chain, angle):
-    """Vectors mass centre -> input pin and mass centre -> output pin, inertial frame, (n, 2) each, m."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    centre = np.stack([cos * chain.com_x - sin * chain.com_y, sin * chain.com_x + cos * chain.com_y], axis=1)
-    return -centre, chain.length[:, None] * np.stack([cos, sin], axis=1) - centre
 
 
 def _pin_jacobian(arm):

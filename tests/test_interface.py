@@ -3,14 +3,12 @@
 import inspect
 import pydoc
 import re
-import subprocess
-import sys
 
 import pytest
 from pydantic import BaseModel
 
 import trackdyn
-from tests.conftest import BELT, ROOT, written
+from tests.conftest import BELT, ROOT, run_python, written
 from trackdyn import Rig, Scene, load_rig, sense
 from trackdyn.simulation.belt import belt_recording
 
@@ -40,26 +38,22 @@ def test_the_signature_of_a_scene_has_its_fields():
     assert {parameters[name].default for name in ("chain", "drag", "tension")} == {"of the rig"}
 
 
-def test_a_notebook_shows_tables_and_draws_into_given_axes():
+def test_a_notebook_shows_tables_and_draws_into_given_axes(pyplot):
     recording = belt_recording(Scene(load_rig("paper"), 115.0, **BELT, duration=4.0))
     signal, rows = sense(recording), "4000 samples at 1000 Hz"
     for shown, words in ((SCENE, "115 rev/min"), (recording, f"4 s, {rows}"), (signal, "ay_g")):
         text = shown._repr_html_()
         assert words in text and text.count("<table") == 1 and "<Rig" not in text and len(text) < 20_000
     assert re.fullmatch(rf"<SensorSignal: {rows}; ax \S+ g RMS, ay \S+ g RMS; 0 clipped>", repr(signal))
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    figure, ax = pyplot.subplots()
+    _, ax = pyplot.subplots()
     assert signal.plot(ax=ax) is ax and len(ax.lines) == 2
-    pyplot.close(figure)
 
 
 @pytest.mark.parametrize("words", ["trackdyn simulate run.npz --rig be", "trackdyn ring be"])
 def test_a_shell_completes_rigs(words):
-    done = subprocess.run(
-        [sys.executable, "-m", "trackdyn"], capture_output=True, text=True, cwd=ROOT,
-        env={"_TRACKDYN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)},
-    )  # fmt: skip
-    assert done.stdout.split() == ["bench"], done.stderr
+    asked = {"_TRACKDYN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": len(words.split()) - 1}
+    done = run_python("-m", "trackdyn", **asked)
+    assert done.out.split() == ["bench"], done.err
 
 
 SCRIPT = """

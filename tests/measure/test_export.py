@@ -43,7 +43,6 @@ def test_a_sensors_axes_come_back_from_the_file(recording, tmp_path, pitches):
     record = read_sensor(tmp_path / "run.csv")
     for name in ("ax", "ay"):  # 12 digits are written
         np.testing.assert_allclose(getattr(record, name), getattr(signal, name), rtol=1e-11, atol=0)
-    assert np.sqrt(np.mean(record.ay**2)) == pytest.approx(np.sqrt(np.mean(signal.ay**2)), rel=1e-11)
     assert record.rate == 1000 and record.synthetic and record.clipped > 0
 
 

@@ -1,7 +1,7 @@
 """The row of a run and its table: records that begin and end anywhere, whole errors, remarks, a picture."""
 
-import copy
 import inspect
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -60,9 +60,7 @@ def test_statistics_of_whole_revolutions_do_not_depend_on_what_is_left_over():
 
 def test_the_cut_is_measured_where_it_was_recorded(run):
     for cut, expected in ((np.zeros((0, 2)), (np.nan, np.nan)), (np.array([[1e-9, 2e-5], [3e-9, 1e-5]]), (3e-9, 2e-5))):
-        known = copy.copy(run)
-        object.__setattr__(known, "cut", cut)  # a frozen recording, which may not have this array
-        row = run_metrics("some", known)
+        row = run_metrics("some", replace(run, cut=cut))
         np.testing.assert_equal((row["gap_before_projection_m"], row["velocity_gap_m_s"]), expected)
         assert row.keys() <= METRIC_COLUMNS.keys()
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.conftest import recorded
-from tests.kinematics import without_extrapolation
+from tests.kinematics import ContactList, without_extrapolation
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.whole_loop import mobilised_friction
-from trackdyn.model.arrays import FLANK, RING, components
+from trackdyn.model.arrays import FLANK, RING
 from trackdyn.model.constants import SPROCKET
 
 
@@ -26,24 +26,21 @@ def test_constant_slip_mobilises_the_coefficient_of_eq_10(driven_loop, multiple,
     state.pin[2:] = 0.0
     state.wheel_rate[SPROCKET] = direction * multiple * law["transition_velocity"] / model.wheels.radius[SPROCKET]
     refresh(without_extrapolation(model, work), state, work)
-    rows = work.contact[: work.count[0]]
-    rows = rows[rows["kind"] == RING]
-    normal, friction = (np.linalg.norm(components(rows, name), axis=1) for name in ("normal", "friction"))
+    ring = ContactList(work, kinds=[RING])
     expected = 0.2 * np.tanh(4.0 * multiple) + 0.3 * {1.0: 1.0, 3.0: 1.0 / 3.0}[multiple]
     # links touch less than 2 mm of 308 below the surface: a slip up to 0.65 % lower, a coefficient up to 0.45 % higher
-    assert len(rows) > 3 and friction.sum() / normal.sum() == pytest.approx(expected, rel=5e-3)
+    friction = np.linalg.norm(ring.friction, axis=1).sum() / ring.force.sum()
+    assert len(ring.rows) > 3 and friction == pytest.approx(expected, rel=5e-3)
 
 
 def test_recorded_forces_are_the_sums_over_the_links_on_the_ring(make_scene, driven_loop):
     """At the last sample, from the contact list; arcs on the teeth do not count."""
     loop = driven_loop(0.308)
     recording = loop.record(0.5)
-    rows = loop.arrays.work.contact[: loop.arrays.work.count[0]]
-    assert (rows["kind"] == FLANK).any()
-    rows = rows[rows["kind"] == RING]
-    sums = [np.linalg.norm(components(rows, name), axis=1).sum() for name in ("normal", "friction")]
+    teeth, ring = (ContactList(loop.arrays.work, kinds=[kind]) for kind in (FLANK, RING))
+    sums = [np.linalg.norm(force, axis=1).sum() for force in (ring.normal, ring.friction)]
     np.testing.assert_allclose(recording.ring_force[-1], sums, rtol=1e-9)
-    assert not recorded(make_scene(ring_radius=None)).ring_force.any()
+    assert len(teeth.rows) and not recorded(make_scene(ring_radius=None)).ring_force.any()
 
 
 def test_ratio_is_of_integrals_not_of_instants(driven_loop):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.kinematics import ContactList
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.contact.laws import wheel_law
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.model.arrays import ENERGY_NAMES, FLANK, RING, components
+from trackdyn.model.arrays import ENERGY_NAMES, FLANK, RING
 from trackdyn.simulation.simulate import simulate
 
 RIG = load_rig("bench")
@@ -25,15 +26,12 @@ def test_it_is_normal_force_times_friction_times_slip():
     wheels, power, steps = loop.model.wheels, np.zeros(3), 1500
     before = loop.energy
     for k in range(steps + 1):
-        row = loop.work.contact[: loop.work.count[0]]
-        normal = np.hypot(row["normal_x"], row["normal_y"])
-        nx, ny = (row[name] / np.maximum(normal, 1e-12) for name in ("normal_x", "normal_y"))
-        speed = components(row, "speed") - row["rate"][:, None] * components(row, "spin")
-        slip = -ny * speed[:, 0] + nx * speed[:, 1]
-        surface = np.where(row["kind"] == FLANK, 0, np.where(row["kind"] == RING, 1, 2))
+        row = ContactList(loop.work)
+        slip = np.linalg.det(np.stack([row.normal, row.slip], axis=1)) / np.maximum(row.force, 1e-12)
+        surface = np.where(row.kind == FLANK, 0, np.where(row.kind == RING, 1, 2))
         laws = [(loop.model.tooth.law, wheel_law(wheels, 0), wheel_law(wheels, 1))[i] for i in surface]
         work = [abs(float(coulomb(law, v)) * v) for law, v in zip(laws, slip, strict=True)]
-        power += np.bincount(surface, (0.5 if k in (0, steps) else 1.0) * normal * work, 3)
+        power += np.bincount(surface, (0.5 if k in (0, steps) else 1.0) * row.force * work, 3)
         if k < steps:
             loop.step()
     change = [loop.energy[name] - before[name] for name in ("tooth_friction", "ring_friction", "wheel_friction")]
