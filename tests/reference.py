@@ -40,8 +40,7 @@ def reference_accelerations(
     Angles along the clockwise loop are not wrapped: neighbours differ by the joint angle. Loads act at mass centres,
     without gravity and bushings. The torque of a bushing on the outboard body is ``-k (phi - phi0) - c (phi' +
     implicit_step phi'')``, or ``torque``, which falls with the joint's acceleration by ``implicit_damping``. ``wheels``
-    are `WheelTerms`. ``cut`` is a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N; without
-    one its pins coincide. Extended precision, where the platform has it, leaves only the final rounding.
+    are `WheelTerms`. ``cut`` is a compliant last joint, with pins apart: its ``h^2 K + h C``, kg, force on body 0, N.
     """
     n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
     angle, rate, force_x, force_y, moment = np.longdouble([angle, rate, force_x, force_y, moment])
@@ -69,6 +68,12 @@ def reference_accelerations(
         bend[3 * o + 2], bend[3 * i + 2] = 1.0, -1.0
         load += torque[j] * bend
         mass_matrix += implicit_damping * np.outer(bend, bend)
+    if cut is not None:
+        stiff, force = cut
+        end, known = jacobian[-2:], gamma[-2:]
+        mass_matrix += stiff * end.T @ end
+        load += end.T @ (np.asarray(force) + stiff * known)
+        jacobian, gamma = jacobian[:-2], gamma[:-2]
     if wheels is not None:
         # from mass centres to pins: their accelerations are those of the coordinates and the centripetal ones
         to_pins, centripetal = np.eye(size, dtype=np.longdouble), np.zeros(size, dtype=np.longdouble)
@@ -79,13 +84,6 @@ def reference_accelerations(
         mass_matrix[range(3 * n, size), range(3 * n, size)] += wheels.inertia
         load -= to_pins.T @ (wheels.matrix @ centripetal)
         load[3 * n :] += wheels.torque
-    if cut is not None:
-        stiff, force = cut
-        end, known = jacobian[-2:], gamma[-2:]
-        mass_matrix += stiff * end.T @ end
-        load += end.T @ (np.asarray(force) + stiff * known)
-        jacobian, gamma = jacobian[:-2], gamma[:-2]
-    if wheels is not None:
         jacobian, gamma = np.vstack([jacobian, np.eye(size)[3 * n]]), np.append(gamma, 0.0)
 
     zero = np.zeros((len(gamma), len(gamma)), dtype=np.longdouble)

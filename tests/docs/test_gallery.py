@@ -9,7 +9,6 @@ import pytest
 
 from tests.conftest import ROOT
 
-NOTEBOOKS = sorted((ROOT / "docs" / "gallery").glob("*.ipynb"))
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|NaN)(?![\w.])")
 # scatter of short records between processors; a changed model or a changed cell moves more
 SCATTER, ROUNDING = 0.1, 0.05
@@ -33,7 +32,7 @@ def same(output, stored):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted((ROOT / "docs" / "gallery").glob("*.ipynb")), ids=lambda path: path.stem)
 def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch, pyplot, capsys):
     monkeypatch.chdir(tmp_path)
     for cell, _ in run_cells(path):

@@ -1,7 +1,4 @@
-"""Numbers that the documents repeat are those of the program, the configuration and each other.
-
-Numbers of results are filled from their tables (`trackdyn_replication.report.filled`); these are the typed ones.
-"""
+"""Numbers that are typed in documents (results are filled in) are those of the program and the configuration."""
 
 import re
 from collections import Counter

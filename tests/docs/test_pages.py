@@ -23,9 +23,6 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 COMMANDS = typer.main.get_command(app).commands
-# files that the user brings or makes: not in the repository
-YOURS = ("logger.yaml", "my_rig.yaml")
-ENDING = re.compile(r"\.\w{1,5}$")
 
 
 def name_of(path):
@@ -79,12 +76,8 @@ def test_commands_have_the_options_and_arguments_that_they_name(path):
             assert type(error).__name__ == "MissingParameter", f"trackdyn {name} {words}: {error}"
 
 
-# whose lines read files of loggers: test_logger_page runs them
-RUN_APART = "your-loggers-file.md"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", [path for path in PAGES if path.name != RUN_APART], ids=name_of)
+@pytest.mark.slow  # test_logger_page runs the lines of the other page, which read files of loggers
+@pytest.mark.parametrize("path", [path for path in PAGES if path.name != "your-loggers-file.md"], ids=name_of)
 def test_blocks_of_a_page_run(path, tmp_path, monkeypatch, pyplot):
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.chdir(tmp_path)
@@ -184,8 +177,8 @@ def named_paths(path):
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
 def test_named_paths_exist(path):
     for word in named_paths(path):
-        if word in YOURS or word.startswith("results/"):
-            continue  # results are looked for in the plan of the pipeline
+        if word in ("logger.yaml", "my_rig.yaml") or word.startswith("results/"):
+            continue  # files of the user; results are looked for in the plan of the pipeline
         # the page may leave out the name of the package, or that of its own folder
         folders = (ROOT, ROOT / "trackdyn", ROOT / "workflow", ROOT / "laboratory", path.parent)
         assert any((folder / word).exists() for folder in folders), word
@@ -195,7 +188,9 @@ def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
     """Files in results/ and targets of snakemake commands, in one plan of the full configuration."""
     targets = set()
     for path in DOCUMENTS:
-        targets |= {word for word in named_paths(path) if word.startswith("results/") and ENDING.search(word)}
+        targets |= {
+            word for word in named_paths(path) if word.startswith("results/") and re.search(r"\.\w{1,5}$", word)
+        }
         for words in shell_lines(path):
             if words[0] == "snakemake" and "--configfile" not in words:
                 targets |= {word for word in words[1:] if not word.startswith("-") and word != "laboratory/Snakefile"}

@@ -42,13 +42,10 @@ def judged(monkeypatch, left, square=None):
     return steady_from(SimpleNamespace(periods=SimpleNamespace(turn=TURN), scene=scene), RULE)
 
 
-def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):
+def test_passages_are_known_when_there_are_enough_for_their_scatter(monkeypatch):
+    """Without any, 13; of white noise of 1 point half of the interval is about 2 points over the root of the number."""
     for count, known in ((13, True), (12, False), (0, False)):
         assert judged(monkeypatch, [10.0] * count) == (0.0, known)
-
-
-def test_passages_that_scatter_are_known_when_there_are_many(monkeypatch):
-    """White noise of 1 point: half of the interval is about 2 points over the root of the number."""
     noise = np.random.default_rng(1).normal(10.0, 1.0, 2000)
     assert not judged(monkeypatch, noise[:40])[1]
     assert judged(monkeypatch, noise)[1]
