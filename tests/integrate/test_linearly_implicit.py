@@ -67,8 +67,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
-        closed = (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0)
-        implicit.accelerations(here, state, work, terms, closed)
+        implicit.accelerations(here, state, work, terms, (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0))
         accelerate(chain, state, work, n - 1)
         drag = drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate  # secant of the load's torque
         damping = STEP * chain.damping + STEP**2 * chain.stiffness
