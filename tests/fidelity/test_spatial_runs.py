@@ -70,8 +70,7 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
             loop.step(round(0.01 / step))
             assert np.linalg.norm(state.plane.attitude) == pytest.approx(1.0, abs=1e-15)
             fastest = max(fastest, np.abs(state.rate).max())  # the strands swing out
-        change = np.array(momenta(loop.model, state)) - start
-        drift.append(change / np.linalg.norm(start, axis=1, keepdims=True))
+        drift.append((momenta(loop.model, state) - start) / np.linalg.norm(start, axis=1, keepdims=True))
     coarse, fine = drift
     size = np.linalg.norm(coarse, axis=1)
     assert (size < 1e-4 * (fastest**2 + (state.plane.motion[2:] ** 2).sum()) * 0.2).all()
