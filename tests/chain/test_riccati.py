@@ -107,8 +107,7 @@ def test_bushing_damping_at_half_a_step_never_overshoots(decay):
     """One step leaves (1 - (1 - weight) x) / (1 + weight x) >= 0 of the zigzag's joint rates."""
     length, inertia = np.array([0.1, 0.1]), np.array([0.01, 0.01])
     # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
-    mobility = 2 * 2 / 0.01
-    chain = Chain(length, np.ones(2), inertia, length / 2, np.zeros(2), 0.0, decay / mobility / 1e-4, 0.0, 9.81)
+    chain = Chain(length, np.ones(2), inertia, length / 2, np.zeros(2), 0.0, decay * 0.01 / (2 * 2) / 1e-4, 0.0, 9.81)
     weight = damping_weight(chain, 1e-4)
     remaining = (1 - (1 - weight) * decay) / (1 + weight * decay)
     assert -1e-15 <= remaining <= 1.0

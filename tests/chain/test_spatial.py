@@ -66,8 +66,7 @@ def by_the_package(model, state, force, moment):
     spin = np.column_stack([*np.add.outer(tilt, zero), work.alpha])
     spin = (spin + np.cross([p, q, 0.0], np.column_stack([zero + p, zero + q, state.rate]))) @ a_p.T
     to_centre, to_end = (np.cross(spin, arm) + turned(omega, arm) for arm in (centre, end))
-    pins = along_chain(a_p @ [work.pin_ax[0], work.pin_ay[0], across], to_end)[:-1]
-    return pins + to_centre, spin, work.torque
+    return along_chain(a_p @ [work.pin_ax[0], work.pin_ay[0], across], to_end)[:-1] + to_centre, spin, work.torque
 
 
 def by_multipliers(model, state, force, moment, torque):

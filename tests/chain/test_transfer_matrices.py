@@ -89,22 +89,16 @@ def make_chain(kind, n, com=0.0):
     return Chain(length, mass, inertia, (0.5 + com) * length, com * length, 130.0, 10.0, -2.0 * np.pi / n, 9.81)
 
 
-def regular_state(chain, rng):
-    """Clockwise polygon of alternating sides, closed exactly, with rates that keep it closed, and loads."""
-    n = len(chain.length)
-    angle = 0.3 - 2.0 * np.pi * np.arange(n) / n  # two interlaced regular polygons close for every pair of lengths
-    rate = closed_rates(chain.length, angle, rng.normal(0.0, 4.0, n))
-    return angle, rate, rng.normal(0.0, 2000.0, n), rng.normal(0.0, 2000.0, n), rng.normal(0.0, 60.0, n)
-
-
 @pytest.mark.parametrize("kind", [TRACK, BAR], ids=["track", "bar"])
 @pytest.mark.parametrize("n", [4, 6])
 def test_product_over_a_short_chain_is_the_reference(kind, n):
     """The constant times eps times the growth over six bodies of the track, 4e5: at most 1e-10 over 200 poses."""
     for seed in range(4):
-        chain = make_chain(kind, n, 0.1)
-        rng = np.random.default_rng(seed)
-        pose, torque = regular_state(chain, rng), rng.normal(0.0, 60.0, n)
+        chain, rng = make_chain(kind, n, 0.1), np.random.default_rng(seed)
+        angle = 0.3 - 2.0 * np.pi * np.arange(n) / n  # two interlaced regular polygons close for every pair of lengths
+        rate = closed_rates(chain.length, angle, rng.normal(0.0, 4.0, n))
+        *loads, torque = (rng.normal(0.0, size, n) for size in (2000.0, 2000.0, 60.0, 60.0))
+        pose = angle, rate, *loads
         alpha, start = product.accelerations(chain, *pose, torque)
         expected = reference.reference_accelerations(chain, *pose, torque=torque, implicit_damping=0.0)
         size = 3e-9 * np.abs(expected.alpha).max()

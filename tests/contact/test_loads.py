@@ -92,9 +92,7 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
 
 
 def test_foot_is_the_nearest_point_of_the_link():
-    rng = np.random.default_rng(5)
-    share = np.linspace(0, 1, 2001)[:, None]
-    cases = set()
+    rng, share, cases = np.random.default_rng(5), np.linspace(0, 1, 2001)[:, None], set()
     for _ in range(500):
         a, b, c = rng.uniform(-0.3, 0.3, (3, 2))
         s, qx, qy, distance = closest_point(*a, *b, *c)
@@ -124,11 +122,10 @@ def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
     model, state, work = loop
     memory = state.tooth_impact.copy(), state.wheel_impact.copy()
 
-    def rubbed(before, slips):
+    def rubbed(before, slip):
         state.tooth_impact[:], state.wheel_impact[:] = memory
         work.friction[1] = before
-        wheels = model.wheels._replace(slip=np.full_like(model.wheels.slip, slips))
-        refresh(model._replace(wheels=wheels), state, work)
+        refresh(model._replace(wheels=model.wheels._replace(slip=0 * model.wheels.slip + slip)), state, work)
         return work.friction[0].copy()
 
     work.friction[:] = 0.0
@@ -204,8 +201,7 @@ def contacts(loop):
     {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},
 ], ids=lambda fields: "-".join(map(str, fields.values())))  # fmt: skip
 def test_no_contact_is_missed(make_scene, fields):
-    loop = Loop(make_scene(**fields))
-    rng = np.random.default_rng(0)
+    loop, rng = Loop(make_scene(**fields)), np.random.default_rng(0)
     for _ in range(12):
         try:
             loop.step(int(rng.integers(100, 600)))  # lists are made at its first step

@@ -139,9 +139,7 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     assert tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / step_check.SHORT_STEP_DIVISOR)]
 
 
-@pytest.mark.parametrize(
-    ("rms", "left", "state"), [(1.0, 100.0, YES), (1.066, 100.0, NO), (1.0, 144.0, NO), (None, None, OPEN)]
-)
+@pytest.mark.parametrize(("rms", "left", "state"), [(1, 100, YES), (1.066, 100, NO), (1, 144, NO), (None, None, OPEN)])
 def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_only(rig, rms, left, state):
     """Its damping hides flips: RMS 6.6 % too small was called resolved. Without such a piece nothing is known."""
     scene = Scene(rig, 150.0, integrator="linearly_implicit", duration=3.0)
