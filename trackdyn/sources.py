@@ -45,8 +45,7 @@ def _dates(folder: str) -> Iterator[tuple[str, tuple[int, int]]]:
                 yield from _dates(entry.path)
 
 
-# files of the package as this process began, before it imported most of them
-_AT_BEGIN = dict(_dates(os.path.dirname(os.path.realpath(__file__))))
+_AT_BEGIN = dict(_dates(os.path.dirname(os.path.realpath(__file__))))  # before most of these files are imported
 
 
 class _Source(NamedTuple):

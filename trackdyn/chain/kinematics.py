@@ -103,8 +103,7 @@ def bushing_torques(chain: Chain, state, work, ahead=0.0):
         work.torque[i] = -chain.stiffness * (work.torque[i] + ahead * rate - chain.free_angle) - chain.damping * rate
 
 
-# rate below which a torque of Coulomb friction or rolling resistance fades, rad/s: a twentieth of the slowest running
-SLOW = 0.1
+SLOW = 0.1  # rad/s below which Coulomb friction and rolling resistance fade: a twentieth of the slowest running
 
 
 @kernel

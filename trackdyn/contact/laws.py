@@ -5,8 +5,7 @@ from math import atan2, copysign, exp, floor, pi, sqrt
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Law, Tooth, Wheels
 
-# forms of the elastic term by the names that `rig.laws.NORMAL_LAWS` takes: two cylinders, Eq. 8
-FORMS = {"cylinders": 0}
+FORMS = {"cylinders": 0}  # of the elastic term, by the names that `rig.laws.NORMAL_LAWS` takes: two cylinders, Eq. 8
 
 
 @kernel

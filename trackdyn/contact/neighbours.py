@@ -13,8 +13,7 @@ from trackdyn.jit import kernel
 from trackdyn.model.arrays import OFFSET, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
-# m; a link moves as far in a hundred steps
-MARGIN = 8e-3
+MARGIN = 8e-3  # m; a link moves as far in a hundred steps
 # Fractions of it for the motion of pins, wheels and the plane. Arcs and ends of links are at most half a body's length
 # beyond its pins, so that they move at most twice as far as the pins do.
 PINS, WHEELS, PLANE = 0.25, 0.25, 0.25

@@ -14,10 +14,8 @@ from trackdyn.jit import fused, kernel
 from trackdyn.model.arrays import BEARING, State, Work
 from trackdyn.model.constants import SPROCKET, Drive, Model
 
-# |angular velocity| of a body beyond which a run has left the physical range, rad/s
-RATE_LIMIT = 1000.0
-# rotation in one step up to which cosine and sine are updated by their series, rad
-ROTATION_LIMIT = 0.02
+RATE_LIMIT = 1000.0  # |angular velocity| of a body beyond which a run has left the physical range, rad/s
+ROTATION_LIMIT = 0.02  # rotation in one step up to which cosine and sine are updated by their series, rad
 
 
 @kernel

@@ -159,8 +159,7 @@ def make_record(
     )  # fmt: skip
 
 
-# kinds of contact: a link on a wheel, an arc in a groove, a link on the ring, a guide between flanges
-SURFACE, FLANK, RING, GUIDE = range(4)
+SURFACE, FLANK, RING, GUIDE = range(4)  # a link on a wheel, an arc in a groove, a link on the ring, a guide in flanges
 # A row of the contact list. Normal and friction: force on the body, N; arm: from the body's mass centre to the point,
 # m; speed: velocity of the body's point, m/s; spin: velocity of the wheel's point at unit rate, m; rate: of the wheel,
 # rad/s; slopes: of forces in a linearly implicit step, kg; slot: in `Work.friction`, arcs first. In space only: z,

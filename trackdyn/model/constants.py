@@ -9,10 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-# wheel 0 is the sprocket: its motion is prescribed and links touch its ring
-SPROCKET = 0
-# kinds of friction in space: Eq. 10 only, Eqs. 10 and 11 independently
-TANGENTIAL, INDEPENDENT = range(2)
+SPROCKET = 0  # the first wheel: its motion is prescribed and links touch its ring
+TANGENTIAL, INDEPENDENT = range(2)  # kinds of friction in space: Eq. 10 only, Eqs. 10 and 11 independently
 
 
 class Chain(NamedTuple):

@@ -15,10 +15,8 @@ PATH_ERROR = 5.0
 # Largest residual beyond `PATH_ERROR`, as a share of the energy exchanged: about four times that of the coarsest preset
 # (0.13 % at 0.5 ms, linearly implicit).
 LARGEST_RESIDUAL = 0.005
-# Friction, bearings and bushings may return this share: rounding and `PATH_ERROR`.
-LARGEST_GAIN = 1e-3
-# Height (m) by which the chain is lifted with the energy below which shares are noise.
-NOISE_HEIGHT = 1e-4
+LARGEST_GAIN = 1e-3  # share that friction, bearings and bushings may return: rounding and `PATH_ERROR`
+NOISE_HEIGHT = 1e-4  # m by which the chain is lifted with the energy below which shares are noise
 LOSSES = ENERGY_NAMES[1:KINETIC]
 # Normal contact returns the energy that it stored, some joules of rubber that relaxes after the start; in a record of
 # this length (s), in which the loop turns once, it dissipates more than that.

@@ -23,27 +23,21 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import elastic_depth, settling_step
 from trackdyn.simulation.loop_arrays import copy_wheels, shift_tensioner
 
-# Length of a chunk, s, and the factor by which every rate is multiplied at its end.
-CHUNK, DAMPING = 1e-3, 0.985
+CHUNK, DAMPING = 1e-3, 0.985  # length of a chunk, s, and the factor by which every rate is multiplied at its end
 # Strands are equalized if the mean tension of two periods of `PERIOD` (s) differs by at most the share `EVEN`; longest
 # time for it, s.
 PERIOD, EVEN, LONGEST_REST = 0.1, 0.0025, 4.0
-# Longest time for bodies that still swing when the strands have equal tension, s.
-LONGEST_SWING = 2.0
+LONGEST_SWING = 2.0  # longest time for bodies that still swing when the strands have equal tension, s
 # Largest rate of a body at rest, rad/s (shipped rigs: 0.03), and largest unbalanced force on it as a share of the
 # tension (shipped rigs: 0.0005; a loop that chatters: 1).
 SLOW, BALANCED = 0.1, 0.02
-# Largest load of an arc at rest over tension plus weight of the chain.
-MOST_LOAD = 4.0
+MOST_LOAD = 4.0  # largest load of an arc at rest over tension plus weight of the chain
 TENSIONER_TIME = 0.15  # time constant of the tensioner, s; strands swing faster
-# Tolerance of the tension at rest, a share (1 % is promised), and largest number of secant steps.
-TOLERANCE, MOST_SECANT_STEPS = 0.0075, 12
-# Compliance of the contacts of a loop on its wheels, m/N: bounds the stiffness of a taut loop.
-CONTACT_COMPLIANCE = 1e-6
+TOLERANCE, MOST_SECANT_STEPS = 0.0075, 12  # of the tension at rest, a share (1 % is promised)
+CONTACT_COMPLIANCE = 1e-6  # of the contacts of a loop on its wheels, m/N: bounds the stiffness of a taut loop
 # Tension of a taut strand over the weight that hangs below it; a target below the second ratio needs slackening.
 TAUT, SLACK = 10.0, 1.5
-# Share by which a secant step lowers the tension of a taut chain, over at most an eighth of the travel.
-FALL = 0.15
+FALL = 0.15  # share by which a secant step lowers the tension of a taut chain, over at most an eighth of the travel
 
 
 class NotSettledError(InputError):

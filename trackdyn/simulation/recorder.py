@@ -45,9 +45,8 @@ def check_memory(scene, seconds: float | None = None) -> None:
         )
 
 
-# Length of a chunk, s, and the largest number of contacts that end within it.
-CHUNK = 0.25
-INTERVALS_A_CHUNK = 40000
+CHUNK = 0.25  # length of a chunk, s
+INTERVALS_A_CHUNK = 40000  # largest number of contacts that end within it
 GROWTH = 2  # factor by which the capacity of a record grows
 BALANCE_PERIOD = 10.0  # s of a record between two checks of its energy balance
 

@@ -16,8 +16,7 @@ from trackdyn.simulation.recording import Recording
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: bounds the page
 AT_REST = 3.0  # length of the stretch if the sprocket does not turn, s
 LONGEST_STRETCH = 60.0  # s
-# steps times bodies above which the lead-in is shortened, and its time at speed (s) then
-LEAD_COST, SHORT_LEAD = 6e8, 5.0
+LEAD_COST, SHORT_LEAD = 6e8, 5.0  # steps times bodies above which the lead-in is shortened; its time at speed, s
 
 
 @dataclass(frozen=True)

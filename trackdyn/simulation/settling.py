@@ -34,8 +34,7 @@ from trackdyn.sources import edited, kept, module_files, module_hash
 
 HALVINGS = 2  # of the step of a loop that does not come to rest
 MOST_STORED = 500  # settled loops that later processes reuse, the last ones, of 30 kB each
-# Fields of a scene on which a loop at rest does not depend.
-IRRELEVANT = ("motor_rpm", "load", *RECORD_FIELDS)
+IRRELEVANT = ("motor_rpm", "load", *RECORD_FIELDS)  # fields of a scene on which a loop at rest does not depend
 
 
 class Layout(NamedTuple):
@@ -185,6 +184,5 @@ def start_plane(centres: np.ndarray, state: State) -> Plane:
     h, k = normal, 1.0 / (1.0 + normal[2])
     x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
     y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
-    state.pin[0] += x_axis @ centres[SPROCKET] - centres[SPROCKET, 0]
-    state.pin[1] += y_axis @ centres[SPROCKET] - centres[SPROCKET, 1]
+    state.pin[:2] += [x_axis @ centres[SPROCKET], y_axis @ centres[SPROCKET]] - centres[SPROCKET, :2]
     return Plane(motion, attitude)

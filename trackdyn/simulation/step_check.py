@@ -3,8 +3,7 @@
 If a contact is too stiff for the step, its force alternates from one step to the next; the motion of all bodies
 reveals it (`integrate.run`), long before the sensor's link has made a turn of the loop. A peak force of a single step
 is not resolved, either (`integrate.contact_log`), and a record shorter than a turn of the loop is doubtful for its
-length. The error is measured by a run with a finer step (`StepCheck`). Every comparison of two steps of a run uses the
-bounds of this module.
+length. The error is measured by a run with a finer step (`StepCheck`); all comparisons of two steps use these bounds.
 """
 
 from collections.abc import Callable
@@ -27,8 +26,7 @@ RECOMMENDED = 0.01
 # Alternating share that makes a record doubtful. Set in a pilot study (docs/speed-and-accuracy.md), in which no run
 # below it had an error of 2 % in RMS.
 DOUBTFUL_SHARE = 0.01
-# Largest alternating share of the mean square of single steps (``Recording.raw``): an error of ``RMS`` of theirs.
-LARGEST_SHARE = 2 * RMS
+LARGEST_SHARE = 2 * RMS  # alternating, of the mean square of single steps (``Recording.raw``): an error of ``RMS``
 # Largest share of the mean peak in peaks of a single step, with a neighbour below half: the true peak may be twice as
 # large, so that an error of half of a tenth of the mean peak is possible, which is ``PEAKS``.
 ONE_STEP = 0.1
