@@ -23,6 +23,10 @@ class Column(NamedTuple):
         """True if it has a standard error."""
         return " " not in self.error
 
+    def size(self, value: float) -> float:
+        """Return the reference of an error: the value, or 1 for a share of a turn or a phase."""
+        return 1.0 if self.kind in ("turns", "phase") else abs(value)
+
 
 class Passages(NamedTuple):
     """Mean over the passages of a side (`estimators.contact_series`) of ``values``, a column of these, or its root."""

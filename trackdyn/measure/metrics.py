@@ -104,8 +104,7 @@ def total_errors(scene: Scene) -> Callable[[str, float, float], float]:
 
     def total(column: str, value: float, error: float) -> float:
         step_error = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
-        kind = BY_COLUMN[column].column.kind if column in BY_COLUMN else "relative"
-        size = 1.0 if kind in ("turns", "phase") else abs(value)
+        size = BY_COLUMN[column].column.size(value) if column in BY_COLUMN else abs(value)
         return hypot(error, ratio * step_error[scene.ring_radius is None] * size) if value else error
 
     return total

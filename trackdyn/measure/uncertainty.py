@@ -308,7 +308,6 @@ def error_against(series: Series, limit: Limit) -> tuple[float, float]:
 
 
 # Largest differences of the included rigs at their default steps from the limit at a step of zero, with rings and
-# without one, by columns of a run: over the value, and of shares of a turn and phases in their unit. The study
-# `default_step` writes this file.
+# without one, by columns of a run, over `catalogue.Column.size`. The study `default_step` writes this file.
 _LINES = Path(__file__).with_name("step_errors.csv").read_text(encoding="utf-8").splitlines()[1:]
 STEP_ERRORS = {columns: tuple(map(float, errors)) for columns, *errors in csv.reader(_LINES)}
