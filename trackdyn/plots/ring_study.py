@@ -23,7 +23,7 @@ from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PAGE, 
 SIDE_NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
 CHOSEN = "recommended"  # mark of the radius that a rule chooses
-THICK = {"color": GREEN, "linewidth": 4, "alpha": 0.4}
+THICK, DOTTED = {"color": GREEN, "linewidth": 4, "alpha": 0.4}, {"linewidth": 0.8, "linestyle": (0, (1, 2))}
 
 
 @styled
@@ -75,7 +75,7 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
         if len(bare) and (force := float(bare.iloc[0])) > 0:
             tooth.axhline(force, color=look["color"], linewidth=1.6, alpha=0.6)
             named.append((force, f"no ring, {name}", look["color"]))
-            tooth.axhline(limit * force, color=look["color"], linewidth=0.8, linestyle=(0, (1, 2)))
+            tooth.axhline(limit * force, color=look["color"], **DOTTED)
     for ax in (tooth, ring):
         for window in kept:
             # an edge: a window of one radius has no width
@@ -87,16 +87,13 @@ def force_figure(study: pd.DataFrame, limit: float, chosen: float, kept: Sequenc
     for force, name, color in sorted(named):  # lines may lie closer than letters are high
         last = max(force, last + height)
         tooth.annotate(name, (1.01, last), xycoords=("axes fraction", "data"), color=color, fontsize=SMALL, va="center")
-    handles, labels = tooth.get_legend_handles_labels()
-    handles.append(Line2D([], [], color="0.3", linewidth=0.8, linestyle=(0, (1, 2))))
-    labels.append(f"{limit:g} of the force without a ring")
+    handles, _ = tooth.get_legend_handles_labels()
+    handles.append(Line2D([], [], color="0.3", **DOTTED, label=f"{limit:g} of the force without a ring"))
     if kept:
-        handles.append(Patch(color=GREEN, alpha=0.18))
-        labels.append("at most that at every speed")
+        handles.append(Patch(color=GREEN, alpha=0.18, label="at most that at every speed"))
     if chosen == chosen:
-        handles.append(Line2D([], [], **THICK))
-        labels.append(f"{CHOSEN}: {chosen:.4g} m")
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, columnspacing=0.9)
+        handles.append(Line2D([], [], **THICK, label=f"{CHOSEN}: {chosen:.4g} m"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=0.9)
     tooth.set(title="Largest force in a passage, mean over passages", ylabel="of a tooth (kN)")
     ring.set(xlabel="radius of the ring (m)", ylabel="of a link on the ring (kN)")
     figure.align_ylabels()

@@ -19,11 +19,11 @@ from trackdyn.measure.contacts import gathered, sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense, whole_revolutions
 from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
-from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
+from trackdyn.model.arrays import ENERGY_NAMES, KINETIC, SIDE_WORDS
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.rig.rig import foreign_groove
-from trackdyn.simulation.energy_balance import LOSSES, STORED
+from trackdyn.simulation.energy_balance import LOSSES
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import Replay, replay
 
@@ -125,7 +125,7 @@ def work_of(recording: Recording) -> list[dict]:
     supplied = change["sprocket_work"]
     rows = [("supplied", "sprocket_work", supplied)]
     rows += [("dissipated", name, change[name]) for name in LOSSES]
-    rows += [("stored", name, change[name]) for name in STORED]
+    rows += [("stored", name, change[name]) for name in ENERGY_NAMES[KINETIC:]]
     rows.append(("residual", "numerical error", supplied - sum(value for _, _, value in rows[1:])))
     percent = [100 * value / supplied if supplied else None for _, _, value in rows]
     return [
@@ -213,21 +213,13 @@ def picture(recording: Recording, stretch: Replay) -> dict:
     # contacts of half a newton or more: the others would be drawn as none
     loaded = [rows[np.hypot(rows[:, 3], rows[:, 4]) >= 1.0] for rows in stretch.contacts]
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # side, position (m), force (N), area, groove
-    return {
-        "radius": recording.scene.ring_radius,
-        "frames": frames,
-        "interval": stretch.interval,
-        "begin": stretch.time[0] if stretch.apart is not None else 0.0,
-        "bodies": bodies,
-        "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
-        "unit": CONFIGURATION,
-        **differences(columns),
-        "contacts": [np.rint(rows[:, :7] / units).astype(int).ravel().tolist() for rows in loaded],
-        "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
-        "low": float(low),
-        "high": float(high),
-        "ends": [f"{low:.0f}", f"{high:.0f}"],
-    }
+    contacts = [np.rint(rows[:, :7] / units).astype(int).ravel().tolist() for rows in loaded]
+    begin, radii = stretch.time[0] if stretch.apart is not None else 0.0, wheels[0, :, 2:].tolist()
+    times = {"radius": recording.scene.ring_radius, "frames": frames, "interval": stretch.interval, "begin": begin}
+    motion = {"bodies": bodies, "wheels": radii, "unit": CONFIGURATION, **differences(columns), "contacts": contacts}
+    tension = np.rint(stretch.tension).astype(int).ravel().tolist()
+    ends = {"low": float(low), "high": float(high), "ends": [f"{low:.0f}", f"{high:.0f}"]}
+    return times | motion | {"tension": tension} | ends
 
 
 def tension(stretch: Replay) -> dict:
@@ -238,16 +230,12 @@ def tension(stretch: Replay) -> dict:
     low = gathered(np.minimum, values, (bins,), (2 * pitches,), np.inf)
     high = gathered(np.maximum, values, (bins,), (2 * pitches,), -np.inf)
     measured = np.isfinite(low)
+    place = (np.arange(2 * pitches)[measured] / 2 + 0.25).tolist()
+    extremes = {"place": place, "low": short(low[measured]), "high": short(high[measured]), "pitches": pitches}
+    moved = short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6)
     spans = zip(stretch.names, stretch.spans.tolist(), strict=True)
-    return {
-        "place": (np.arange(2 * pitches)[measured] / 2 + 0.25).tolist(),
-        "low": short(low[measured]),
-        "high": short(high[measured]),
-        "pitches": pitches,
-        "first": short(stretch.along[0], 6),
-        "moved": short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6),
-        "spans": [[name, *short(span)] for name, span in spans if span[0] == span[0]],
-    }
+    wheels = [[name, *short(span)] for name, span in spans if span[0] == span[0]]
+    return extremes | {"first": short(stretch.along[0], 6), "moved": moved, "spans": wheels}
 
 
 def shares(stretch: Replay) -> dict | None:
