@@ -45,11 +45,9 @@ def study(force=FORCE, error=0.0, **columns):
         for rpm, forces in force.items() for k, radius in enumerate(RADII)
     ]  # fmt: skip
     # without a ring it is the right arc that has more
-    bare = [
-        {"rpm": rpm, "left_peak_n": 100.0, "right_peak_n": BARE[rpm], "right_peak_error_n": 0.0,
-         "settled_tension_n": 4000.0, "teeth_sliding_j": 70.0, "ring_sliding_j": 0.0, "motor_power_w": 280.0}
-        for rpm in force
-    ]  # fmt: skip
+    same = {"right_peak_error_n": 0.0, "settled_tension_n": 4000.0, "ring_sliding_j": 0.0, "motor_power_w": 280.0}
+    same |= {"left_peak_n": 100.0, "teeth_sliding_j": 70.0}
+    bare = [{"rpm": rpm, "right_peak_n": BARE[rpm]} | same for rpm in force]
     return pd.DataFrame([*bare, *rows]).assign(**columns)
 
 
