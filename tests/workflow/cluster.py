@@ -1,9 +1,4 @@
-"""A sweep and the quick pipeline on a real SLURM of one node give the results that this machine gives.
-
-One batch of the sweep is killed while it runs, and all batches are handed in with too little memory at first: SLURM
-kills them, and they are tried again with more. `make cluster` runs it as root, in a quarter of an hour on two cores.
-Everything lies in a folder of its own, which is removed at the end unless something went wrong.
-"""
+"""A sweep and the quick pipeline on a real SLURM of one node give the results that this machine gives."""
 
 import os
 import shutil
@@ -196,7 +191,7 @@ def replicated(folder: Path, slurm: Slurm) -> None:
 
 
 def main() -> None:
-    """Run the sweeps and the pipeline, and say whether they agree."""
+    """Run the sweeps and the pipeline as root, in a quarter of an hour on two cores, and say whether they agree."""
     lacking = [program for program in PROGRAMS if not executable(program)]
     if lacking or os.geteuid():
         sys.exit(f"needs {', '.join(lacking) or 'root'}; on Debian: apt-get install slurm-wlm munge")

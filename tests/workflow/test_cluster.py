@@ -28,8 +28,6 @@ rule mine:
     default_target: True
     input: rules.sweep_gather.output
 """
-
-
 # Each program of a SLURM of its own: the first job is killed, every other one is run while it is handed in.
 SLURM = """#!{python}
 import subprocess, sys

@@ -47,9 +47,8 @@ def complete(root):
             os.killpg(process.pid, signal.SIGKILL)
     results = root / "results"
     # a file that a killed job left half written has a dot in front
-    files = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith(".")]
-    lasting = (path for path in files if not path.is_relative_to(results / "logs"))
-    return {path.relative_to(results).as_posix(): path.read_bytes() for path in lasting}
+    files = (path.relative_to(results) for path in results.rglob("[!.]*") if path.is_file())
+    return {name.as_posix(): (results / name).read_bytes() for name in files if name.parts[0] != "logs"}
 
 
 def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(tmp_path):

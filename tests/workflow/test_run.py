@@ -115,17 +115,16 @@ def run_script(folder, script, *options):
     return run_python("-c", code, *options, cwd=folder, **PATH)
 
 
-COMPILES = SCRIPT.replace(
-    "def main",
-    """from trackdyn.jit import kernel
+KERNELS = """
+from trackdyn.jit import kernel
 @kernel
 def once(x):
     return x
 @kernel
 def twice(x):
     return once(x) + once(x)
-def main""",
-).replace("    open(job", "    twice(1), twice(2), twice(1.0), open(job")
+"""
+COMPILES = KERNELS + SCRIPT.replace("    open(job", "    twice(1), twice(2), twice(1.0), open(job")
 FAILS = SCRIPT.replace("open(job", "from trackdyn import InputError; raise InputError('no')\n    open(job")
 
 

@@ -19,16 +19,15 @@ from trackdyn_replication.study.settings import STUDIES
 QUICK = ROOT / "config" / "quick.yaml"
 FOLDERS = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
 RULE_FILES = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "laboratory/rules").glob("*.smk")]
-SCRIPT = re.compile(r'^ +script:\s*"(\S+\.py)"$', re.MULTILINE)
 SCRIPTS = sorted({
-    (path.parent / script).resolve()
-    for path in [*RULE_FILES, ROOT / "workflow/sweep.smk"] for script in SCRIPT.findall(path.read_text("utf-8"))
+    (path.parent / script).resolve() for path in [*RULE_FILES, ROOT / "workflow/sweep.smk"]
+    for script in re.findall(r'^ +script:\s*"(\S+\.py)"$', path.read_text("utf-8"), re.MULTILINE)
 })  # fmt: skip
 # rules that simulate: measures and words of their runs do not concern them
 SIMULATING = {
-    *("simulate", "ring_runs", "peer_runs", "trade_scene", "trade_promises", "extremes_part", "animation_run"),
-    *("warm_up", "warm_up_method", "fidelity_setting"),
-}
+    "simulate", "ring_runs", "peer_runs", "trade_scene", "trade_promises", "extremes_part", "animation_run", "warm_up",
+    "warm_up_method", "fidelity_setting",
+}  # fmt: skip
 
 
 def snakemake(tmp_path, *arguments, run="-n", root=ROOT):
@@ -68,10 +67,9 @@ def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-OTHERS = [("tension=sprung", 0), ("space=spatial", 1), ("integrator=rk4", 1), ("preset=fast", 1)]
-
-
-@pytest.mark.parametrize(("setting", "others"), OTHERS)
+@pytest.mark.parametrize(
+    ("setting", "others"), [("tension=sprung", 0), ("space=spatial", 1), ("integrator=rk4", 1), ("preset=fast", 1)]
+)
 def test_a_setting_waits_for_the_kernels_that_it_runs(tmp_path, setting, others):
     """Those of the paper's method, and of another one or of motion in space."""
     target = f"{tmp_path}/results/fidelity/{setting}.csv"
@@ -142,9 +140,6 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     assert len(lines) == len(scripts) > 5
 
 
-# --- rules that an edit makes due --------------------------------------------------------------------------
-
-
 class Pretended:
     """A copy of the project with empty files for all results of a quick run, and Snakemake's records of them."""
 
@@ -205,15 +200,12 @@ def in_place_of(old, new):
     return lambda text: text.replace(old, new, 1)
 
 
-METRIC = {
-    "trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
-    "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
-}
-MEASURE = in_place_of("OTHERS = (", 'OTHERS = (Measure(Column("sway_g", "a sum", "g", "sway")),')
 # edits, the rules that they make due, further ones that they must not, and all that simulate and are due
 EDITS = {
     "a metric and a caption": (
-        METRIC | {"workflow/trackdyn_replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
+        {"trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
+         "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
+         "workflow/trackdyn_replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
         {"measure", "metrics", "claims", "page"}, set(), set(),
     ),
     "a claim and a cell of the article": (
@@ -226,15 +218,17 @@ EDITS = {
         {"page", "manifest"}, {"measure", "claims", "schematics"}, set(),
     ),
     "a measure": (
-        {"trackdyn/measure/catalogue.py": MEASURE},
+        {"trackdyn/measure/catalogue.py":
+         in_place_of("OTHERS = (", 'OTHERS = (Measure(Column("sway_g", "a sum", "g", "sway")),')},
         {"measure", "metrics"}, set(), {"fidelity_setting", "trade_promises", "trade_scene"},
     ),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", EDITS)
-def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(pretended, name):
-    edits, due, untouched, simulating = EDITS[name]
+@pytest.mark.parametrize(("edits", "due", "untouched", "simulating"), EDITS.values(), ids=EDITS)
+def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(
+    pretended, edits, due, untouched, simulating
+):
     with pretended.edited(edits):
         reruns = pretended.due()
     assert due <= reruns.keys() and not untouched & reruns.keys(), reruns
@@ -242,17 +236,11 @@ def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(p
 
 
 # files that the default run reads, the rules that read them, and one that does not (all read the rig)
-INPUTS = [
-    (
-        ["data/synthetic/150rpm.csv", "config/claims.yaml", "config/quick.yaml"],
-        {"sensor_records", "claims"},
-        "simulate",
-    ),
+@pytest.mark.parametrize(("names", "readers", "other"), [
+    (["data/synthetic/150rpm.csv", "config/claims.yaml", "config/quick.yaml"], {"sensor_records", "claims"},
+     "simulate"),
     (["trackdyn/rigs/paper.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure", "claims"}, ""),
-]
-
-
-@pytest.mark.parametrize(("names", "readers", "other"), INPUTS)
+])  # fmt: skip
 def test_a_file_of_an_older_date_is_another_file(pretended, names, readers, other):
     endings = {name: "\nANOTHER = 1\n" if name.endswith(".py") else "\n# another\n" for name in names}
     with pretended.edited({name: f"{{}}{ending}".format for name, ending in endings.items()}):
@@ -276,9 +264,7 @@ def test_one_more_radius_costs_only_runs_of_rings(pretended):
     assert (due["ring_runs"], due["measure"], due["metrics"]) == (2, 1, 1)
 
 
-# --- results that are missing -----------------------------------------------------------------------------
-
-MISSING = [
+@pytest.mark.parametrize(("names", "target", "rules"), [
     (["figures/fig24.png"], "", {"ring_figures", "page", "manifest"}),
     (["figures/fig08.svg", "tables/table1.csv"], "", {"schematics", "parameters", "page", "manifest"}),
     (["runs/meshing/ring.npz"], "", {"simulate", "meshing_figures", "metrics", "claims", "page", "manifest"}),
@@ -286,23 +272,15 @@ MISSING = [
     (["runs/meshing/ring.npz"], "results/quick/figures/fig19.png", {"simulate", "meshing_figures"}),
     (["trade"], "trade", {"trade_scene", "trade_promises", "trade"}),
     (["kernels"], "", set()),
-]
-
-
-@pytest.mark.parametrize(("names", "target", "rules"), MISSING)
+    (["figures", "tables", "runs", "measured", "extremes", "report.html"], "",
+     {"simulate", "ring_runs", "measure", "closure", "schematics", "extremes_part", "statistics"}),
+])  # fmt: skip
 def test_a_missing_result_is_made_again_with_its_results(pretended, names, target, rules):
     with pretended.without(*names):
         due = pretended.due(*((*pretended.configured, target) if target else ()))
     assert rules <= due.keys() and bool(rules) == bool(due), due
-    assert not {"peer_runs", "ring_runs", "warm_up"} & due.keys()
+    assert not {"peer_runs", "ring_runs", "trade_scene", "warm_up"} - rules & due.keys()
     assert pretended.due() == {}
-
-
-def test_all_that_is_missing_is_made_at_once(pretended):
-    with pretended.without("figures", "tables", "runs", "measured", "extremes", "report.html"):
-        due = pretended.due()
-    assert {"simulate", "ring_runs", "measure", "closure", "schematics", "extremes_part", "statistics"} <= due.keys()
-    assert not {"warm_up", "peer_runs", "trade_scene"} & due.keys()
 
 
 def test_the_remedy_of_a_recording_of_another_configuration_makes_it_again(pretended):
