@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -67,13 +66,6 @@ def wait_until(true, seconds: float, event: str) -> None:
         time.sleep(0.1)
 
 
-def free_ports(count: int) -> list[int]:
-    """Ports on which nobody listens."""
-    with ExitStack() as stack:
-        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
-        return [each.getsockname()[1] for each in sockets]
-
-
 class Slurm:
     """Daemons of one node in a folder, as a context; all of them end with it. ``environment`` is for its commands."""
 
@@ -89,7 +81,10 @@ class Slurm:
         key.chmod(0o400)
         self.environment = os.environ | {"SLURM_CONF": str(conf), "PATH": f"{srun.parent}:{os.environ['PATH']}"}
         host = socket.gethostname().split(".")[0]
-        text = CONF.format(folder=folder, host=host, ports=free_ports(2), cores=cores, memory=4000 * cores)
+        anywhere = ("127.0.0.1", 0)
+        with socket.create_server(anywhere) as first, socket.create_server(anywhere) as second:
+            ports = first.getsockname()[1], second.getsockname()[1]  # on which nobody listens
+        text = CONF.format(folder=folder, host=host, ports=ports, cores=cores, memory=4000 * cores)
         conf.write_text(text, encoding="utf-8")
 
     def __enter__(self):

@@ -13,7 +13,6 @@ from tests.workflow.test_workflow import copy_project
 
 TINY = Path("tests", "workflow", "tiny.yaml")
 TARGETS = tuple(f"results/{name}" for name in ("measured/ring.csv", "figures/fig24.png", "sensor/210rpm.csv"))
-LONGEST_RUN = 1800  # s, of a graph that nobody disturbs, on a busy machine
 
 
 def copied(folder):
@@ -41,7 +40,7 @@ def complete(root):
     """Run to the end; contents of every file that holds no times, by name."""
     process = start(root)
     try:
-        assert process.wait(LONGEST_RUN) == 0, (root / "log.txt").read_text(encoding="utf-8")[-3000:]
+        assert process.wait(1800) == 0, (root / "log.txt").read_text(encoding="utf-8")[-3000:]
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)

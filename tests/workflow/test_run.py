@@ -5,11 +5,8 @@ import re
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
 from tests.conftest import ROOT, refused, run_python, written

@@ -98,12 +98,9 @@ def test_every_task_has_a_rule():
 def test_every_value_in_a_shell_line_is_quoted():
     """A name in a configuration is no code, and may hold a blank."""
     files = [*ROOT.glob("Snakefile"), *(ROOT / "laboratory").glob("Snakefile"), *RULE_FILES, *ROOT.glob("*/*.smk")]
-    lines = [
-        line.strip()
-        for path in files
-        for body in re.findall(r"^( +)shell:(.*?)(?=^\1?\S|\Z)", path.read_text(encoding="utf-8"), re.M | re.S)
-        for line in body[1].splitlines()
-    ]
+    text = "".join(path.read_text(encoding="utf-8") for path in files)
+    bodies = re.findall(r"^( +)shell:(.*?)(?=^\1?\S|\Z)", text, re.M | re.S)
+    lines = [line.strip() for _, body in bodies for line in body.splitlines()]
     assert len(lines) >= 4
     for line in lines:
         fields = re.findall(r"\{[^{}]*\}", line)
@@ -225,14 +222,12 @@ EDITS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("edits", "due", "untouched", "simulating"), EDITS.values(), ids=EDITS)
-def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(
-    pretended, edits, due, untouched, simulating
-):
+@pytest.mark.parametrize(("edits", "due", "spared", "runs"), EDITS.values(), ids=EDITS)
+def test_measures_and_words_of_runs_rerun_only_studies_whose_rows_are_measures(pretended, edits, due, spared, runs):
     with pretended.edited(edits):
         reruns = pretended.due()
-    assert due <= reruns.keys() and not untouched & reruns.keys(), reruns
-    assert SIMULATING & reruns.keys() == simulating
+    assert due <= reruns.keys() and not spared & reruns.keys(), reruns
+    assert SIMULATING & reruns.keys() == runs
 
 
 # files that the default run reads, the rules that read them, and one that does not (all read the rig)
