@@ -32,16 +32,17 @@ def results(tmp_path):
     return folder
 
 
-def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
+def test_what_a_run_has_made_is_in_it_and_nothing_else(results, tmp_path):
     files = describe(results)
-    assert " ".join(files) == (
-        "figures/fig24.png figures/fig24.svg metrics.csv peers.json runs/115rpm.npz tables/table3.csv"
-    )
+    names = "figures/fig24.png figures/fig24.svg metrics.csv peers.json runs/115rpm.npz tables/table3.csv"
+    assert " ".join(files) == names
     assert "wall_s" not in files["tables/table3.csv"].text
     path = write_manifest(results, ["trackdyn/rigs/paper.yaml"])
     before = path.read_bytes()
     assert write_manifest(results, ["trackdyn/rigs/paper.yaml"]).read_bytes() == before
     assert load_manifest(path).files == files
+    refused(describe, tmp_path, words=["holds no figure, table or recording"])
+    refused(describe, tmp_path / "absent", words=["no such folder"])
 
 
 def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path, monkeypatch):
@@ -164,8 +165,3 @@ def test_a_damaged_file_fails(results, tmp_path, name, write):
         for other in (Image.new("L", (90, 60)), Image.effect_noise((90, 60), 99.0)):
             other.save(path)
             assert run_command("verify", results, "--against", reference).code == 1
-
-
-def test_a_folder_without_a_run_is_refused(tmp_path):
-    refused(describe, tmp_path, words=["holds no figure, table or recording"])
-    refused(describe, tmp_path / "absent", words=["no such folder"])

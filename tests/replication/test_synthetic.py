@@ -10,7 +10,6 @@ from trackdyn.fieldtest.sensor_csv import read_sensor
 from trackdyn_replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, achieved, write_dataset
 
 FOLDER = ROOT / "data" / "synthetic"
-HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum is no more exact
 # The printed amplitude has four digits, but the layout is assumed: its belt turning exactly on a line shows
 # 1.168 g, 0.4 % less than printed at 180 rpm, and the least fluctuation takes 0.3 % more. 2 % covers
 # that, and is small against the differences of 5 to 13 % that the records are compared at.
@@ -22,7 +21,7 @@ def test_committed_records_show_the_printed_main_lines_are_whole_hardly_clipped_
     path = FOLDER / f"{rpm}rpm.csv"
     record = read_sensor(path, range_g=RANGE_G)
     shown = achieved(rpm, record.ay)
-    assert abs(shown["main_hz"] - SPEEDS[rpm].printed_hz) * RECORD_S < HALF_A_LINE
+    assert abs(shown["main_hz"] - SPEEDS[rpm].printed_hz) * RECORD_S < 0.5  # of the width of a line
     assert abs(shown["amplitude_difference_percent"]) < AMPLITUDE
     assert record.time.size == RATE_HZ * RECORD_S and record.time[0] == 0.0
     assert np.abs([record.ax, record.ay, record.az]).max() <= RANGE_G
@@ -38,7 +37,6 @@ def test_data_set_is_written_with_the_committed_bytes_and_described(tmp_path, mo
     stale = [known | {"bytes": 0, "hash": "", "achieved": {}, "fitted": {}} for known in described["resources"]]
     (tmp_path / "datapackage.json").write_text(json.dumps(described | {"resources": stale}), encoding="utf-8")
     write_dataset(tmp_path)
-    assert (tmp_path / "150rpm.csv").read_bytes() == (FOLDER / "150rpm.csv").read_bytes(), (
-        "the generator changed: run python -m trackdyn_replication.synthetic and commit data/synthetic"
-    )
+    remedy = "the generator changed: run python -m trackdyn_replication.synthetic and commit data/synthetic"
+    assert (tmp_path / "150rpm.csv").read_bytes() == (FOLDER / "150rpm.csv").read_bytes(), remedy
     assert json.loads((tmp_path / "datapackage.json").read_text(encoding="utf-8")) == described

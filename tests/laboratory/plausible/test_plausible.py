@@ -17,7 +17,6 @@ from trackdyn.sweeps.engine import DONE, REFUSED, without_values
 from trackdyn.sweeps.sweep_row import run_values
 
 CONFIG = load_plausible("config/plausible.yaml")
-CLAIMS = "config/claims.yaml"
 
 
 def test_a_point_is_one_track_with_its_own_equal_pitch_and_ring_within_the_ranges():
@@ -99,7 +98,7 @@ def test_the_value_that_decides_is_named_and_chance_is_not():
 def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
     """A sentence that only one start shows is not decided; a track that cannot be built has a row with its reason."""
     small = CONFIG.model_copy(update={"radii_m": {115.0: [0.303, 0.304, 0.305, 0.308, 0.313]}})
-    rig, judge = load_rig("parts"), Judge(small, CLAIMS)
+    rig, judge = load_rig("parts"), Judge(small, "config/claims.yaml")
     values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     assert len(values["starts"]) == len(small.row.starts) == 2
     one = {"state": DONE, "values": {"starts": values["starts"][:1]}}

@@ -174,9 +174,8 @@ def test_all_28_claims_are_there_in_order_and_every_part_says_what_would_have_fa
 def test_one_cell_that_lacks_is_named_and_statements_that_wait_for_cells_are_one_line():
     cells = invented()
     cells.loc[150.0, "rms_experiment_g"] = np.nan
-    judgement = judge(CLAIMS["C04a"], replace(good(), cells=cells))
-    assert judgement.verdict == NOT_COMPARABLE
-    assert judgement.measured == "Table 3 is not filled in: rms_experiment_g at 150 rpm"
+    judgement = judge(CLAIMS["C04a"], replace(good(), cells=cells))[:2]
+    assert judgement == ("Table 3 is not filled in: rms_experiment_g at 150 rpm", NOT_COMPARABLE)
     card = claims.judge_all(EVERY, replace(good(), cells=load_cells(CONFIG / "article.csv")), "mine")
     names = "C03, C04a, C04b, C04c, C05a, C05b, C05c, C13a, C13c"
     assert scorecard.waiting_sentence(card).startswith(f"9 statements ({names}) wait for cells of Tables 2 to 4")
@@ -290,9 +289,8 @@ def test_a_sentence_is_judged_whole_and_counted_once():
         judged = scorecard.sentence_verdicts(card, SENTENCES)
         assert judged["number"].tolist() == list(SENTENCES) and scorecard.count(judged) == (shown, 21)
     numbers = printed_numbers(EVERY, evidence)
-    assert scorecard.verdict_line(judged, numbers) == (
-        "13 of 14 independent printed numbers, 19 of 21 sentences and 3 of 4 conclusions (no. 1, 2 and 4)"
-    )
+    line = "13 of 14 independent printed numbers, 19 of 21 sentences and 3 of 4 conclusions (no. 1, 2 and 4)"
+    assert scorecard.verdict_line(judged, numbers) == line
     failed = {row["number"]: [one["id"] for one in row["statements"]] for row in scorecard.failed_rows(card, judged)}
     assert failed == {15: ["C20b"], 19: ["C23a"]}
     lost = judged[judged["verdict"] == NOT_MET].set_index("number")
@@ -347,8 +345,7 @@ def test_a_maximum_has_one_reading_and_others_decide_nothing():
     other = later(good(), "left maximum" + MEAN, 0.4)
     like = other.events[other.events["event"] == "left maximum" + MEAN].iloc[:1]
     like = like.assign(event="left maximum, peak 1 of like height", median_s=0.17)
-    judgement = judge(CLAIMS["C16b"], replace(other, events=pd.concat([other.events, like])))
-    assert judgement.verdict == NOT_MET and judgement.measured == "0.4"
+    assert judge(CLAIMS["C16b"], replace(other, events=pd.concat([other.events, like])))[:2] == ("0.4", NOT_MET)
     for event in ("left maximum", "left maximum" + AFTER):
         assert judge(CLAIMS["C16b"], later(good(), event, 0.4)).verdict == MET
 
@@ -372,9 +369,8 @@ def test_printed_numbers_are_counted_one_by_one():
     assert len(numbers) == sum(claim.numbers for claim in CLAIMS.values()) == 24 and numbers["met"].all()
     counted = {"independent": 14, "same time": 4, "wheels": 4, "ours": 2}
     assert numbers["group"].value_counts().to_dict() == counted and scorecard.missed_numbers(numbers) == "none"
-    assert scorecard.other_numbers(numbers) == (
-        "4 of 4 that repeat a time in other units, 4 of 4 that the wheels decide and 2 of 2 that we infer"
-    )
+    others = "4 of 4 that repeat a time in other units, 4 of 4 that the wheels decide and 2 of 2 that we infer"
+    assert scorecard.other_numbers(numbers) == others
     numbers = printed_numbers(EVERY, later(good(), "out", 1.40))
     missed = numbers.loc[~numbers["met"], ["id", "part", "printed", "measured"]]
     assert missed.values.tolist() == [["C16", "d", "1.31", "1.4"]]

@@ -17,8 +17,7 @@ def test_the_list_is_that_of_the_paper():
 
 
 def test_the_page_places_items_that_there_are_once_and_the_papers_in_its_order():
-    parts = [*PAGE["figures"].values(), *PAGE["sections"].values()]
-    placed = [key for part in parts for key in part.get("items", ())]
+    placed = [key for part in (*PAGE["figures"].values(), *PAGE["sections"].values()) for key in part.get("items", ())]
     assert len({*placed}) == len(placed)
     assert {*placed, *PAGE["first"], *PAGE["below"].values()} <= {item.key for item in EVERY}
     figures = [key for key in placed if key.startswith("fig")]

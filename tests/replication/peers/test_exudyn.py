@@ -26,11 +26,9 @@ def test_both_contact_laws_give_the_same_loads(rig, driven_loop, ring_radius):
     v[-2:] = state.wheel_rate[1:]
     memory = Memory(state.tooth_impact.copy(), state.wheel_impact.copy())
     refresh(model, state, work)
-    n = len(state.angle)
-    load, torque = np.zeros((n, 3)), np.zeros((n, 3))
-    peer_contact_loads(
-        contacts, model.chain.length, q, v, state.wheel_angle[0], state.wheel_rate[0], memory, False, load, torque
-    )
+    load, torque = np.zeros((2, len(state.angle), 3))
+    sprocket = state.wheel_angle[0], state.wheel_rate[0]
+    peer_contact_loads(contacts, model.chain.length, q, v, *sprocket, memory, False, load, torque)
     ours = np.column_stack([work.force_x, work.force_y, work.moment])
     assert np.count_nonzero(ours[1::2, 0]) > 0  # some teeth bear
     # N and N m on loads of some thousand: rounding of positions under stiff steel

@@ -4,15 +4,19 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import TypeAdapter
 from snakemake.utils import update_config
 
 from tests.conftest import refused, written
+from trackdyn.inputs.validation import validated
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
 from trackdyn_replication.pipeline.config import check_config, check_layers
+from trackdyn_replication.study.settings import Studies, StudiesFile
 
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
+STUDIES = "config/studies.yaml"
 
 
 @pytest.fixture
@@ -27,8 +31,8 @@ def load(path):
     return check_config(data, path)
 
 
-def refusal(data, name="mine.yaml"):
-    return refused(check_config, data, name, start=f"{name}: ")
+def refusal(data):
+    return refused(check_config, data, "mine.yaml", start="mine.yaml: ")
 
 
 def test_a_rounded_speed_is_run_beside_the_speed_that_it_stands_for(data):
@@ -46,10 +50,9 @@ def test_shipped_configurations_are_valid(path):
     config, rig, scenes = load(path)
     assert rig.model_dump() == load_rig(config.rig).model_dump()
     study = config.ring_study
-    rings = len(study.radii_m) + study.without_ring
     # every record also with the coarse tooth, some with a rounded speed, meshing with and without the ring
     records = 2 * len(config.records.speeds_rpm) + len(config.rounded_speeds)
-    assert len(scenes) == records + 2 + len(study.speeds_rpm) * rings
+    assert len(scenes) == records + 2 + len(study.speeds_rpm) * (len(study.radii_m) + study.without_ring)
     if path == BASE:
         assert config.records.speeds_rpm == [115, 150, 180, 210] and config.records.duration_s == 90
         assert study.radii_m == pytest.approx([0.303 + 0.001 * i for i in range(11)])
@@ -123,9 +126,8 @@ def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
 
 def test_a_quick_run_says_how_it_is_shorter():
     assert load(BASE)[0].shorter == ""
-    assert load(QUICK)[0].shorter == (
-        "Records last 16 s, the paper's 90 s. Radii of the ring study: 3; nothing is judged by fewer than 5."
-    )
+    text = "Records last 16 s, the paper's 90 s. Radii of the ring study: 3; nothing is judged by fewer than 5."
+    assert load(QUICK)[0].shorter == text
     (data := read_yaml(BASE))["records"]["speeds_rpm"] = [165]
     data["sensor_csv"] = None
     assert check_config(data, "mine.yaml")[0].shorter == "Records at 165 rpm alone show no trend with the speed."
@@ -140,3 +142,23 @@ def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
     assert "logger.yaml: unit = 'inch/s2':" in refusal(data)
     written(tmp_path / "logger.yaml", "axes: {ay: -ax}\n")
     check_config(data, "mine.yaml")
+
+
+def test_studies_are_those_of_the_file_that_is_named():
+    named = TypeAdapter(StudiesFile).validate_python
+    assert named(STUDIES) == validated(Studies, read_yaml(STUDIES), "studies.yaml")
+    refused(named, "nowhere.yaml", words=["nowhere.yaml: no such file"])
+
+
+@pytest.mark.parametrize(("study", "field", "value", "message"), [
+    ("trade", "kept_apart", [[115, 0.308]], "kept_apart = [115.0, 0.308]: statistics.scenes holds"),
+    ("trade", "statistics", {"scenes": [[210, 0.308]], "steps_s": {"rk4": [1e-4]}, "coarse_steps_s": {},
+                             "loop_turns": 1, "loop_turns_without_ring": 1}, "steps_s: needs at least two steps"),
+    ("trade", "kept_apart", [[210, -0.308]], "trade.kept_apart.0.1 = -0.308:"),
+    ("extremes", "short_runs", 0, "extremes.short_runs = 0:"),
+    ("extremes", "bodies", [7], "extremes.bodies.0 = 7:"),
+    ("extremes", "depth_m", [1], "extremes.depth_m is not a known parameter"),
+])  # fmt: skip
+def test_a_meaningless_setting_of_a_study_is_refused(study, field, value, message):
+    (data := read_yaml(STUDIES))[study][field] = value
+    refused(validated, Studies, data, "mine.yaml", words=[message], start="mine.yaml: ")

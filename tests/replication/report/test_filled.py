@@ -13,8 +13,6 @@ from trackdyn_replication.paper.claims import load_claims, printed_text
 from trackdyn_replication.paper.tracks import FOLDER
 from trackdyn_replication.report.filled import BEGIN, END, PAGES, fill, stored, write_pages
 
-CLAIMS = load_claims(ROOT / "config" / "claims.yaml")
-
 
 @pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
 def test_pages_say_what_was_measured(page, sources, write, tmp_path):
@@ -33,13 +31,14 @@ def test_what_was_measured_is_of_this_rig():
 
 
 def test_what_was_measured_is_of_these_claims():
+    claims = load_claims(ROOT / "config" / "claims.yaml")
     card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     for rig, rows in card.groupby("rig", sort=False):
-        assert rows[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in CLAIMS], rig
-        for printed, claim in zip(rows["printed"], CLAIMS, strict=True):
+        assert rows[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in claims], rig
+        for printed, claim in zip(rows["printed"], claims, strict=True):
             assert isinstance(claim.printed, dict) or printed == printed_text(claim)
-    names = [claim.number_names or [claim.claim] for claim in CLAIMS if claim.numbers]
-    names = [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+    groups = (claim.number_names or [claim.claim] for claim in claims if claim.numbers)
+    names = [name for group in groups for name in (group.values() if isinstance(group, dict) else group)]
     for table in ("printed_numbers.csv", "data/plausible/grips_numbers.csv"):
         assert pd.read_csv(ROOT / stored(table))["claim"].tolist() == names, table
 

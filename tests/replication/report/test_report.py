@@ -31,6 +31,7 @@ from trackdyn_replication.paper.published import SENSORS
 from trackdyn_replication.report.figures import meshing
 from trackdyn_replication.report.figures.records import closure_figure
 from trackdyn_replication.report.figures.ring_study import MARKS, STEADY, creep_figure
+from trackdyn_replication.report.figures.schematics import FIGURES
 from trackdyn_replication.report.tables import lines_table, table1, table3
 
 pytestmark = pytest.mark.slow
@@ -210,3 +211,10 @@ def test_durations_of_both_rigs_are_within_their_axes():
     for ax in figure.axes:
         low, high = ax.get_ylim()
         assert all(low < value < high for curve in ax.lines[:2] for value in curve.get_ydata())
+
+
+@pytest.mark.parametrize("name", ["bench", "robot", "m113"])
+def test_schematics_of_rigs_with_other_wheels_are_drawn(name):
+    """One wheel, two on arms, six besides the sprocket, without a ring."""
+    for draw in FIGURES.values():
+        assert draw(load_rig(name)).axes

@@ -44,9 +44,6 @@ def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
     assert bool(row["reason"]) == (outcome != COMPLETED)
 
 
-# Fast cases; `snakemake studies` runs every family
-
-
 def test_sweep_keeps_its_digits_and_the_literal_product_loses_them(rig):
     rows = no_defects(solvers.digits(rig, bodies=(6, 36, 500)))
     error = {r["case"]: r["value"] for r in rows}
