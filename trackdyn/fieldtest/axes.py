@@ -83,7 +83,7 @@ def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
 
 
 def judge_axes(recording: Recording, record: SensorRecord) -> tuple[str, bool]:
-    """Return a warning on a record's axes with the options that mend it, empty if they fit, and whether gravity lacks.
+    """Return a warning on a record's axes with its remedy, empty if they fit, and whether gravity is filtered out.
 
     Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
     loop that runs the other way round, as its mirror image does, fits, too.

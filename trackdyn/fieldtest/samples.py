@@ -78,9 +78,8 @@ def without_gaps(
     most, bridged = int(between.max(initial=0)), int(between.sum())
     if most > BRIDGED or bridged > BRIDGED_SHARE * count or len(table) < 2:
         lacking = f"{index[-1] + 1 - len(table)} samples are missing, up to {most} in a row"
-        limits = f"at most {BRIDGED} in a row and {BRIDGED_SHARE:.0%} are bridged"
         remedy = "keep the longest part, `gaps: longest`, or cut the record, `from: S` and `to: S`"
-        raise InputError(f"{lacking}; {limits}; {remedy}.")
+        raise InputError(f"{lacking}; at most {BRIDGED} in a row and {BRIDGED_SHARE:.0%} are bridged; {remedy}.")
     done = f"{bridged} samples in {np.count_nonzero(between)} gaps interpolated, at most {most} in a row"
     table = table.reindex(range(table.index[0], table.index[-1] + 1)).interpolate("pchip")
     t = table.pop("t").to_numpy()

@@ -214,7 +214,7 @@ def _record(
         beyond = signals.abs() > range_g * BEYOND
         if beyond.any(axis=1).mean() <= samples.BRIDGED_SHARE:
             signals = signals.mask(beyond)
-        lost = stamps.lost_rows(seen, len(signals), hz, mapping.resample)
+        lost = stamps.lost_rows(seen.t, hz, mapping.resample) if seen else np.zeros(len(signals) - 1)
         if not seen or mapping.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(seen, lost, signals, mapping.gaps)
@@ -268,9 +268,8 @@ def _described(source: Source, columns: dict[str, Column], axes: dict[str, Axis]
     used = {column.position for column in columns.values()}
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         words.append(f"not used: {joined(unused)}")
-    below = f"; below them, left out: {joined(source.left_out)}" if source.left_out else ""
-    group = f" of {source.group}" * bool(source.group)
-    rows = f"{counts['ay'][0].size}{group}, from {source.where(0)} on{below}"
+    rows = f"{counts['ay'][0].size}{f' of {source.group}' * bool(source.group)}, from {source.where(0)} on"
+    rows += f"; below them, left out: {joined(source.left_out)}" * bool(source.left_out)
     return {"rows": rows, "columns": "; ".join(words)}
 
 

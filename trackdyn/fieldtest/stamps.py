@@ -189,11 +189,9 @@ def rounding(values: np.ndarray) -> float:
     return float(unit)
 
 
-def lost_rows(stamps: Stamps | None, count: int, rate: float | None, resample: bool) -> np.ndarray:
-    """Return (N - 1,) counts of rows missing between ``count`` rows, by their stamps; zero without stamps."""
-    if stamps is None:
-        return np.zeros(count - 1)
-    step = np.diff(stamps.t)
+def lost_rows(t: np.ndarray, rate: float | None, resample: bool) -> np.ndarray:
+    """Return (N - 1,) counts of rows missing between rows of the stamps ``t``, (N,) s."""
+    step = np.diff(t)
     usual = 1.0 / rate if rate else float(np.median(step) or np.mean(step))
     return np.where(step > (_GAP if resample else 1.5) * usual, np.maximum(np.round(step / usual) - 1.0, 0.0), 0.0)
 
