@@ -61,8 +61,7 @@ def loop(rig, request):
     extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.state.angle))
     loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.state.angle, extra)
     loop.arrays.state.pin[2:] += [0.3, 0.8]
-    rates, tolerances = derivative(loop.arrays.model), {"rtol": 1e-13, "atol": 1e-13}
-    exact = solve_ivp(rates, (0.0, SECONDS), packed(loop), method="DOP853", **tolerances)
+    exact = solve_ivp(derivative(loop.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13)
     assert exact.success
     return loop, exact.y[:, -1]
 
