@@ -142,9 +142,8 @@ def add_in_space(space, contact, arm, load, from_centre, wheel_load):
 def list_contact(state: State, row, space, contact: Contact, places, velocity, force):
     """Write a contact into its ``row`` of the contact list.
 
-    ``places`` are the point in the plane's frame, its arm from the body's mass centre, and the point from the wheel's
-    centre in the wheel's frame, m; ``velocity`` is that of the body's point, m/s; ``force`` has its normal, tangential
-    and axial components, N.
+    ``places``: the point and its arm from the body's mass centre in the plane's frame, and the point from the wheel's
+    centre in the wheel's, m; ``velocity`` is the body's, m/s; ``force``: normal, tangential and axial components, N.
     """
     ((x, y, z), (ax, ay), (ox, oy)), (normal, friction, axial) = places, force
     wheel, nx, ny = contact.wheel, contact.normal_x, contact.normal_y

@@ -28,8 +28,7 @@ def check_load(scene: Scene, wheel_rate: np.ndarray) -> None:
     if not scene.load:
         return
     rates, rolling = braked_rates(scene, wheel_rate)
-    held = float(np.tanh(rates / SLOW).mean()) if len(rates) else 1.0
-    if held >= HELD:
+    if not len(rates) or (held := float(np.tanh(rates / SLOW).mean())) >= HELD:
         return
     name = wheel_names(scene.rig)[scene.braked_wheel[0]]
     raise InputError(

@@ -12,8 +12,7 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
     At rest on a level link it is ``gravity`` along y. ``acceleration`` (..., 2) is that of the sensor's point in the
     link frame, m/s2; ``angle`` (...) is that of the link's x axis, rad.
     """
-    projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
-    return np.asarray(acceleration, dtype=float) + projection
+    return np.asarray(acceleration, dtype=float) + np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
 
 
 def sensor_signal(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
