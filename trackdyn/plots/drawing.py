@@ -60,8 +60,7 @@ def sprocket_centre(rig: Rig) -> np.ndarray:
 
 def turned(rig: Rig, frame, angle: float) -> np.ndarray:
     """Return a configuration rotated about the sprocket's centre by an angle (rad)."""
-    frame = np.array(frame, dtype=float)
-    centre = sprocket_centre(rig)
+    frame, centre = np.array(frame, dtype=float), sprocket_centre(rig)
     frame[:2] = placed([frame[:2] - centre], centre, angle)[0]
     frame[2:] += angle
     return frame
@@ -143,8 +142,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
 
     ``number_areas_of`` is a groove (1 to m) whose ten areas are numbered and parted by dots; for close views.
     """
-    centre = sprocket_centre(rig)
-    profile = rig.groove_profile.profile(POINTS_AN_ARC)
+    centre, profile = sprocket_centre(rig), rig.groove_profile.profile(POINTS_AN_ARC)
     # a groove runs clockwise from tip to tip, so the grooves follow each other in falling order
     outline = np.vstack([groove_points(rig, angle, k, profile) for k in range(rig.sprocket.teeth, 0, -1)])
     if ring is not None:

@@ -101,8 +101,7 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
     worst = np.abs([*misses, arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]]).max()
     if worst <= TANGENT or worst > rounding(arcs) or not reach.all():
         return arcs
-    slopes = np.arctan2(*(between / reach[:, None]).T)
-    return flank_arcs(arcs[:, 3], arcs[1:, 2], slopes, float(arcs[-1, 1]), teeth)
+    return flank_arcs(arcs[:, 3], arcs[1:, 2], np.arctan2(*(between / reach[:, None]).T), float(arcs[-1, 1]), teeth)
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
