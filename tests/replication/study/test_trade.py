@@ -45,8 +45,6 @@ def made_up(scene, count):
 
 @pytest.fixture
 def study(rig, monkeypatch):
-    """Rows of made-up runs."""
-
     def answer(scene):
         span = Periods.at(rig, scene.motor_rpm).passage
         return trade.AnswerCost(made_up(scene, int(scene.duration / span + 1e-6)), 0.3, 6e-6 / scene.time_step)
