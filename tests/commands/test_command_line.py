@@ -34,11 +34,12 @@ def test_help_lists_and_the_package_load_no_numerical_library(code, line, others
 
 @pytest.mark.parametrize(("begin", "after"), [
     ("pass", []), ("atexit.register(print, 'handled')", ["handled"]),
-    ("threading.Thread(target=lambda: (time.sleep(0.5), print('joined'))).start()", ["after", "joined"]),
+    ("end = threading.Event(); threading.Thread(target=lambda: end.wait() and print('joined')).start()",
+     ["after", "joined"]),
 ])  # fmt: skip
 def test_a_command_ends_its_process_unless_a_thread_is_waited_for(begin, after):
-    code = f"import atexit, threading, time; from trackdyn.__main__ import command; {begin}; command(); print('after')"
-    printed = python(code, "--version").out.splitlines()
+    code = f"import atexit, threading; from trackdyn.__main__ import command; {begin}; command(); print('after')"
+    printed = python(f"{code}; end.set()", "--version").out.splitlines()
     assert printed[0].startswith("trackdyn ") and printed[1:] == after
 
 
