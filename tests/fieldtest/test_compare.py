@@ -61,8 +61,7 @@ def test_a_record_of_any_rate_does_not_differ_from_its_simulation(recording, rat
 
     mean = np.zeros_like(recording.mean)
     mean[:, 0, 1], mean[:, 0, 2] = 9.81 * means_of(1000.0, len(mean)), np.pi / 2
-    count = int(len(mean) / 1000 * rate)
-    sensor = sensed(means_of(rate, count), rate=rate)
+    sensor = sensed(means_of(rate, int(len(mean) / 1000 * rate)), rate=rate)
     table = compare_with_sensor(replace(recording, mean=mean), sensor).set_index("measure")
     assert table.sensor.rate_hz == table.simulation.rate_hz == min(rate, 1000.0)
     assert (table.difference_pct[["rms_g", "sd_g", "high_frequency_g"]].abs() < 0.1).all()
@@ -244,15 +243,11 @@ def test_a_record_does_not_differ_from_any_part_of_itself(make_scene):
 
 def test_equal_signals_look_equal_whatever_their_lengths(recording):
     """A line at the third harmonic and one at 90 Hz: twice the record, by a part of a turn more."""
-    hz = recording.periods.loop_hz
-
-    def ay(count):
-        phase = 2 * np.pi * hz * np.arange(count) / 1000
-        return sum(a * np.sin(n * phase) for a, n in ((1.0, 1), (0.5, 3), (0.02, 90 // hz)))
-
-    mean = np.zeros_like(recording.mean)
-    mean[:, 0, 1], mean[:, 0, 2] = 9.81 * ay(len(mean)), np.pi / 2
-    figure = comparison_figure(replace(recording, mean=mean), sensed(ay(round(4700 / hz))), "sensor")
+    hz, mean = recording.periods.loop_hz, np.zeros_like(recording.mean)
+    phase = 2 * np.pi * hz * np.arange(round(4700 / hz)) / 1000
+    ay = sum(a * np.sin(n * phase) for a, n in ((1.0, 1), (0.5, 3), (0.02, 90 // hz)))
+    mean[:, 0, 1], mean[:, 0, 2] = 9.81 * ay[: len(mean)], np.pi / 2
+    figure = comparison_figure(replace(recording, mean=mean), sensed(ay), "sensor")
     for ax in figure.axes[2:]:
         simulated, measured = (line.get_ydata() for line in ax.lines)
         # the turn of 4 s ends between two samples

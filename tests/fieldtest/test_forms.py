@@ -215,8 +215,7 @@ def test_a_signal_that_wraps_is_doubted_and_one_of_equal_values_is_not():
 @pytest.mark.parametrize("names", [None, "y[{}]", "ay_{} (g)"])
 @pytest.mark.parametrize("count", [2, 5, 8])
 def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
-    rows = FAST.reshape(-1, count)
-    frame = pd.DataFrame(rows, columns=[(names or "{}").format(k) for k in range(count)])
+    frame = pd.DataFrame(FAST.reshape(-1, count), columns=[(names or "{}").format(k) for k in range(count)])
     (path := tmp_path / "record.csv").write_text(frame.to_csv(index=False, header=bool(names)) + "0.5\n" * (not names))
     ay = "#1" if names is None else frame.columns[count - 1]
     words = ["column 1", f" to column {count}", f" each row has {count} samples"]

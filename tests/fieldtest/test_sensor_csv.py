@@ -334,12 +334,11 @@ def test_dates_of_any_form_are_stamps(name, tmp_path):
     form, begin = STAMPS[name]
     t = np.datetime64(begin) + np.arange(6000).astype("m8[ms]")
     texts = [stamp.item().strftime(form.replace("%f", f"{k % 1000:03d}")) for k, stamp in enumerate(t)]
-    path = written(tmp_path / "record.csv", each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
-    record = read_sensor(path)
+    record = read_sensor(written(tmp_path / "a.csv", each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)")))
     assert record.rate == pytest.approx(1000.0, rel=1e-9) and record.ay.size == 6000
     assert record.done["time"].startswith("column 1 'Time' in s, to ")
     texts[4] = "x" + texts[4]
-    path = written(path, each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
+    path = written(tmp_path / "b.csv", each(6000, lambda k: f"{texts[k]};{k % 7}", "Time;ay (g)"))
     refused(path, ["Time in line 6", "date and time"])
 
 
@@ -359,13 +358,12 @@ def holed(missing, mark="NaN"):
 
 
 @pytest.mark.parametrize("mark", ["NaN", "", "OVLD", "\N{INFINITY}"])
-@pytest.mark.parametrize("missing", [[3, 4, 5, 900], list(range(1500, 1510))])
-def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
+@pytest.mark.parametrize(("missing", "groups"), [([3, 4, 5, 900], 2), ([*range(1500, 1510)], 1)])
+def test_a_gap_is_bridged_or_the_longest_part_taken(missing, groups, mark, tmp_path):
     path = written(tmp_path / "record.csv", holed(missing, mark))
     refused(path, [mark, "gaps: longest"])
     record = read_sensor(path, SensorMapping(gaps="bridge"))
     np.testing.assert_allclose(record.ay, 1 + 0.5 * np.sin(0.02 * np.arange(2000)), atol=1e-3)
-    groups = 1 + np.count_nonzero(np.diff(missing) > 1)
     assert record.done["gaps"].startswith(f"{len(missing)} samples in {groups} gaps interpolated")
     assert record.rate == pytest.approx(1000.0, rel=1e-9)
     record = read_sensor(path, SensorMapping(gaps="longest"))

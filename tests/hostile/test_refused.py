@@ -167,19 +167,12 @@ SETTINGS = [
     ("sensor_csv", "/dev/zero", "it names one file for several speeds; write {rpm} where the motor speed belongs"),
     ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
 ]
-
-
-MINE = Path("mine.yaml")
-
-
-def rig_file(changes):
-    return written(MINE, yaml.safe_dump(yaml.safe_load(shipped_rigs()["paper"].read_bytes()) | changes))
+MINE, PAPER = Path("mine.yaml"), yaml.safe_load(shipped_rigs()["paper"].read_bytes())
 
 
 def configured(key, value):
     os.chdir(ROOT)
-    data = read_yaml("config/config.yaml")
-    *sections, field = key.split(".")
+    data, (*sections, field) = read_yaml("config/config.yaml"), key.split(".")
     reduce(lambda section, name: section.setdefault(name, {}), sections, data)[field] = value
     check_config(data, "mine.yaml")
 
@@ -188,7 +181,7 @@ def configured(key, value):
 TABLES = {
     "rig": (lambda rig, changes: rig.changed(**changes), "", CHANGES),
     "impossible rig": (lambda rig, changes: Scene(rig.changed(**changes), 115.0), "", IMPOSSIBLE),
-    "rig file": (lambda rig, changes: load_rig(rig_file(changes)), "mine.yaml: ", RIG_FILES),
+    "rig file": (lambda _, changes: load_rig(written(MINE, yaml.safe_dump(PAPER | changes))), "mine.yaml: ", RIG_FILES),
     "scene": (lambda rig, fields: Scene(**{"rig": rig, "motor_rpm": 115.0} | fields), "scene: ", SCENES),
     "loop": (lambda rig, call: call(unsettled_loop(Scene(rig, 0.0, ring_radius=None))), "", LOOPS),
     "YAML file": (lambda rig, content: load_rig(written(MINE, content)), "mine.yaml: ", YAML_FILES),

@@ -35,10 +35,8 @@ def test_neighbouring_arcs_meet_with_a_common_tangent(groove):
 
 
 def test_table_1_is_mirror_symmetric_from_tooth_line_to_tooth_line(groove):
-    for points in (groove.centre, groove.direction):
-        np.testing.assert_array_equal(points[::-1], points * [-1, 1])
-    for numbers in (groove.radius, groove.half_angle):
-        np.testing.assert_array_equal(numbers[::-1], numbers)
+    for name, mirror in {"centre": [-1, 1], "direction": [-1, 1], "radius": 1, "half_angle": 1}.items():
+        np.testing.assert_array_equal(getattr(groove, name)[::-1], getattr(groove, name) * mirror)
     assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
     profile, half = groove.profile(400), pi / groove.teeth
     np.testing.assert_allclose(profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT)

@@ -36,7 +36,6 @@ def like_bench(field):
 
 
 def arrays_of(rig):
-    models = []
     for fields in (
         {"tension": "sprung", "drag": "rolling", "bushing_law": "hysteretic"}, {"drag": "coulomb"},
         {"drag": "viscous", "bushing_law": "viscous"}, {"closure": "elastic_damping"}, {"space": "spatial"},
@@ -44,13 +43,12 @@ def arrays_of(rig):
     ):  # fmt: skip
         scene = Scene(**{"rig": rig, "motor_rpm": 115.0, "step": 1e-6} | fields)
         suspensions = make_suspensions(rig, scene.model, scene.tension, 0.0)
-        models.append(pickle.dumps(scene.model._replace(suspensions=suspensions)))
-    return models
+        yield pickle.dumps(scene.model._replace(suspensions=suspensions))
 
 
 def test_every_parameter_of_a_rig_has_an_effect():
     rig = load_rig("paper").changed(idler__seal_drag=1.0, road_wheel__seal_drag=1.0)
-    before, unread = arrays_of(rig), set()
+    before, unread = list(arrays_of(rig)), set()
     for name, field in rig.fields.items():
         if isinstance(field.value, bool | str) or field.value is None:
             continue
@@ -58,7 +56,7 @@ def test_every_parameter_of_a_rig_has_an_effect():
         down = name.endswith(("poisson_ratio", "friction_dynamic"))  # upwards is not allowed
         value = field.value - change if down else field.value + change
         with contextlib.suppress(InputError):  # refused: it is read
-            if arrays_of(rig.changed(**{name: value})) == before:
+            if list(arrays_of(rig.changed(**{name: value}))) == before:
                 unread.add(name)
     # read where the loop settles, and where the sensor's signal is clipped
     assert unread == {"sensor.range", "tension.pre_tension"}
