@@ -17,7 +17,7 @@ PATH_ERROR = 5.0
 LARGEST_RESIDUAL = 0.005
 LARGEST_GAIN = 1e-3  # share that friction, bearings and bushings may return: rounding and `PATH_ERROR`
 NOISE_HEIGHT = 1e-4  # m by which the chain is lifted with the energy below which shares are noise
-LOSSES, STORED = ENERGY_NAMES[1:KINETIC], ENERGY_NAMES[KINETIC:]
+LOSSES = ENERGY_NAMES[1:KINETIC]
 # Normal contact returns the energy that it stored, some joules of rubber that relaxes after the start; in a record of
 # this length (s), in which the loop turns once, it dissipates more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
