@@ -40,7 +40,7 @@ def test_the_lock_keeps_to_the_project():
 
 def test_pip_installs_the_simulator_and_the_replication_and_no_other_name():
     find = PYPROJECT["tool"]["setuptools"]["packages"]["find"]
-    installed = [name for place in find["where"] for name in find_packages(ROOT / place, include=find["include"])]
+    installed = [name for folder in find["where"] for name in find_packages(ROOT / folder, include=find["include"])]
     assert {name.partition(".")[0] for name in installed} == {"trackdyn", "trackdyn_replication"}
 
 

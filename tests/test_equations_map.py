@@ -44,10 +44,10 @@ def depth_after(model, state, arc, seconds):
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     later = state._replace(pin=state.pin[:2] + seconds * state.pin[2:], angle=state.angle + seconds * state.rate)
     x, y = pins(chain, later)[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
-    place = (x + 1j * y) * np.exp(-1j * (state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]))
-    k = groove_index(tooth.teeth, place.real, place.imag)
-    place *= np.exp(1j * (np.pi / 2 - (2 * k - 1) * np.pi / tooth.teeth))
-    area, depth, _, _, radius = find_area(tooth, place.real, place.imag)
+    point = (x + 1j * y) * np.exp(-1j * (state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]))
+    k = groove_index(tooth.teeth, point.real, point.imag)
+    point *= np.exp(1j * (np.pi / 2 - (2 * k - 1) * np.pi / tooth.teeth))
+    area, depth, _, _, radius = find_area(tooth, point.real, point.imag)
     return area, depth, radius
 
 

@@ -51,8 +51,8 @@ def test_a_notebook_shows_tables_and_draws_into_given_axes(pyplot):
 
 @pytest.mark.parametrize("words", ["trackdyn simulate run.npz --rig be", "trackdyn ring be"])
 def test_a_shell_completes_rigs(words):
-    asked = {"_TRACKDYN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": len(words.split()) - 1}
-    done = run_python("-m", "trackdyn", **asked)
+    environment = {"_TRACKDYN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": len(words.split()) - 1}
+    done = run_python("-m", "trackdyn", **environment)
     assert done.out.split() == ["bench"], done.err
 
 

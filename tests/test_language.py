@@ -10,7 +10,7 @@ from tests.conftest import ROOT
 RARE = {r"what": 3, r"beside|stands|says|said|alone|all that|so many": 4}
 TEXTS = {folder: sorted((ROOT / folder).rglob("*.py")) for folder in ("trackdyn", "workflow", "laboratory", "tests")}
 PLACES = ("docs/*.md", "docs/site/*.md", "README.md", "CONTRIBUTING.md")
-TEXTS["documents"] = [path for place in PLACES for path in sorted(ROOT.glob(place))]
+TEXTS["documents"] = [path for pattern in PLACES for path in sorted(ROOT.glob(pattern))]
 
 
 @pytest.mark.parametrize("words", RARE)

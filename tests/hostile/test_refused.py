@@ -29,7 +29,7 @@ NO_NUMBERS = (
 )  # fmt: skip
 
 # tables: a statement, then words of the error message; first keys of mappings, and their places in the message
-MAPPINGS = [(place.rpartition(".")[2], place) for place in (
+MAPPINGS = [(field.rpartition(".")[2], field) for field in (
     "chain", "wheels", "sensors", "wheels.idler", "wheels.road_wheel", "sensors.sensor",
 )]  # fmt: skip
 NO_MAPPING = "= None: must be a mapping of names to values"
@@ -253,8 +253,8 @@ def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
         written(Path(name), text)
     data = base | RIG_FIELDS | {"article": None, "studies": str(ROOT / base["studies"])}
     data |= {name: base[name] | RIG_FIELDS[name] for name in ("records", "meshing", "ring_study")}
-    for name, place in (("a{b}.yaml", "a{b}.yaml"), ("mine.yaml", "base}.yaml")):
-        refused(check_config, data | {"rig": name}, "mine.yaml", words=[f"rig = '{place}': holds a brace"])
+    for name, shortened in (("a{b}.yaml", "a{b}.yaml"), ("mine.yaml", "base}.yaml")):
+        refused(check_config, data | {"rig": name}, "mine.yaml", words=[f"rig = '{shortened}': holds a brace"])
     refused(check_layers, ["{x}.yaml"], {}, dict.update, match=r"^--configfile = '\{x\}\.yaml': holds a brace")
 
 

@@ -70,7 +70,7 @@ def test_a_start_that_dies_away_is_not_known():
         values = (1.0 + drift * np.exp(-passages / 60)) ** 2 + 1e-3 * rng.standard_normal(36)
         measures = {"rms": Series(values, passages, True)}
         assert judge_series(measures, RMS)[2] == {"rms": True}
-        assert drifts(measures, RMS) == seen and not drifts(measures, {"rms": 0.1})  # within what is asked for
+        assert drifts(measures, RMS) == seen and not drifts(measures, {"rms": 0.1})  # within a tolerance of 10 %
     assert not drifts({"rms": Series(values[:10], passages[:10], True)}, RMS)
 
 

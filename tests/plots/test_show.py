@@ -62,8 +62,8 @@ def test_the_motion_is_that_of_the_run(recording, stretch):
     drawn, touched = np.zeros_like(recorded), np.zeros((*recorded.shape, 2))
     for k, rows in enumerate(stretch.contacts):
         for side, _, _, u, v, area, groove, body, _ in rows[rows[:, 8] == 0]:
-            place = k, int(body) // 2, int(side)
-            drawn[place], touched[place] = np.hypot(u, v), (area, groove)
+            contact = k, int(body) // 2, int(side)
+            drawn[contact], touched[contact] = np.hypot(u, v), (area, groove)
     assert (drawn > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
     assert drawn == pytest.approx(recorded, abs=1e-6 * recorded.max())
     arcs = drawn[:, :, :2] > 0  # an arc may touch without a force

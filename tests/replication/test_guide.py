@@ -111,10 +111,10 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
     loop.record(0.002).save(tmp_path / "old.npz")
     (tmp_path / "mine.yaml").write_text("mine: true\n", encoding="utf-8")
     (tmp_path / "loop").write_bytes(pickle.dumps(loop))
-    for name, place, added in TASKS:
+    for name, anchor, added in TASKS:
         before = (copy / name).read_text(encoding="utf-8") if (copy / name).exists() else ""
-        assert place in before, name
-        text = before.replace(place, added + place, 1) if place else before + added
+        assert anchor in before, name
+        text = before.reanchor(anchor, added + anchor, 1) if anchor else before + added
         (copy / name).write_text(text, encoding="utf-8")
 
     # a figure and a study: the run has them, and they are made

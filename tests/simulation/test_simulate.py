@@ -60,12 +60,12 @@ def test_a_run_that_diverges_names_time_and_place_and_leaves_no_file(
     monkeypatch.setattr("trackdyn.scene.step.step_limits", lambda *_: {"none": 1.0})
     # without loss: steel that damps itself at the instant of its force would hold the bodies together
     absurd = make_scene(210.0, rig=rig.changed(**changes), normal_law="elastic", **fields)
-    place = r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"
-    refused(simulate, absurd, error=DivergenceError, match=place)
+    ended = r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"
+    refused(simulate, absurd, error=DivergenceError, match=ended)
     if fields:
         words = "--rpm", "210", "-q", "--ring-radius", "none", "--step", "1e-3"
         done = run_command("simulate", tmp_path / "out/run.npz", *words)
-        assert done.code == 1 and re.search(place, done.err) and list(tmp_path.rglob("*.npz*")) == []
+        assert done.code == 1 and re.search(ended, done.err) and list(tmp_path.rglob("*.npz*")) == []
 
 
 def read_back(run, path):

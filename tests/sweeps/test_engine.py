@@ -100,10 +100,10 @@ def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
     assert run.out.split("\n")[0] == str([["SIGINT"]] * 4), run.err
 
 
-@pytest.mark.parametrize(("jobs", "place"), [(1, 9), (2, 0)])
-def test_a_row_that_kills_its_process_once_is_computed_in_the_same_call(compute, tmp_path, monkeypatch, jobs, place):
+@pytest.mark.parametrize(("jobs", "killed"), [(1, 9), (2, 0)])
+def test_a_row_that_kills_its_process_once_is_computed_in_the_same_call(compute, tmp_path, monkeypatch, jobs, killed):
     """Its bytes are those of rows that nobody disturbed."""
-    due = tasks(24, {place: "killed once"}, tmp_path / "f")
+    due = tasks(24, {killed: "killed once"}, tmp_path / "f")
     rows = results(compute, due, jobs, tmp_path / "store")
     undisturbed = results(compute, due, 1)
     assert json.dumps([rows[key]["values"] for key in due]) == json.dumps([undisturbed[key]["values"] for key in due])

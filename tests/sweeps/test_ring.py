@@ -413,8 +413,8 @@ def test_a_row_of_a_study_has_its_load_in_its_key(monkeypatch, rig):
     monkeypatch.setattr("trackdyn.sweeps.ring.computed_rows", computed)
     monkeypatch.setattr("trackdyn.sweeps.ring.METRIC_COLUMNS", {})
     table = ring_study(rig, [115.0], [0.308], loads=[2000.0, 0.0])
-    asked = table[["rpm", "load_n", "ring_radius_m"]].fillna(0.0).to_numpy().tolist()
-    assert asked == [[115.0, load, radius] for radius in (0.0, 0.308) for load in (0.0, 2000.0)]
+    conditions = table[["rpm", "load_n", "ring_radius_m"]].fillna(0.0).to_numpy().tolist()
+    assert conditions == [[115.0, load, radius] for radius in (0.0, 0.308) for load in (0.0, 2000.0)]
     assert [row.task["scene"].get("load") for row in rows] == [None, 2000.0] * 2
     assert len({row.key for row in rows}) == 4
     before = [row.key for row in rows if "load" not in row.task["scene"]]

@@ -217,7 +217,7 @@ def sweep(
         typer.echo(f"trackdyn: warning: {out}: {states_summary(results)}; the first reason: {rest.iloc[0]}", err=True)
     if len(rest) == len(results):
         raise InputError(f"{out}: no row completed; the reason of the first one: {rest.iloc[0]}")
-    if failed := [place for place, state in enumerate(results["state"], 1) if state == FAILED]:
+    if failed := [number for number, state in enumerate(results["state"], 1) if state == FAILED]:
         first = results.iloc[failed[0] - 1]
         named = f"row {failed[0]}" + (f" ({first['name']})" if "name" in results else "")
         failures = f"{len(failed)} rows failed for reasons that may pass, the first of them {named}: {first['reason']}"

@@ -70,8 +70,8 @@ def layout_of(text: str, mapping: SensorMapping) -> tuple[str, list[str], list[s
             for j in [row for row in rows if row < i]:
                 fields = split_fields(head[j], separator, len(names))
                 if len(fields) == len(names) and all(map(is_value, fields)):
-                    place = f"above the names in line {i + 1}; remove it, or write the names above it"
-                    raise InputError(f"line {j + 1} has numbers ({shown(head[j])}) {place}.")
+                    remedy = f"above the names in line {i + 1}; remove it, or write the names above it"
+                    raise InputError(f"line {j + 1} has numbers ({shown(head[j])}) {remedy}.")
             return text, names, units, first, separator
     if unequal:
         refuse_fields(*unequal)

@@ -373,8 +373,8 @@ def _none(table: pd.DataFrame, rule: RingRule) -> list[str]:
             sentences.append(f"the window is narrower than {1e3 * NARROW:g} mm, which a ring as made may miss")
     else:
         sentences.append(f"no ring of these keeps {bound}")
-    place = f"{row['ring_radius_m']:.5g} m, at {condition_name(row)}, on the {arc} arc"
-    sentences.append(f"the least share that any keeps {_everywhere(table)} is {row['tooth_ratio']:.2f}: {place}")
+    condition = f"{row['ring_radius_m']:.5g} m, at {condition_name(row)}, on the {arc} arc"
+    sentences.append(f"the least share that any keeps {_everywhere(table)} is {row['tooth_ratio']:.2f}: {condition}")
     touching = rings[rings["right_share_pct"] >= TOUCHING]
     free = set(rings["ring_radius_m"]) - set(touching["ring_radius_m"])
     back = touching[touching["ring_radius_m"] > min(free, default=float("inf"))]

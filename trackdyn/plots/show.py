@@ -230,8 +230,8 @@ def tension(stretch: Replay) -> dict:
     low = gathered(np.minimum, values, (bins,), (2 * pitches,), np.inf)
     high = gathered(np.maximum, values, (bins,), (2 * pitches,), -np.inf)
     measured = np.isfinite(low)
-    place = (np.arange(2 * pitches)[measured] / 2 + 0.25).tolist()
-    extremes = {"place": place, "low": short(low[measured]), "high": short(high[measured]), "pitches": pitches}
+    pitch = (np.arange(2 * pitches)[measured] / 2 + 0.25).tolist()
+    extremes = {"place": pitch, "low": short(low[measured]), "high": short(high[measured]), "pitches": pitches}
     moved = short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6)
     spans = zip(stretch.names, stretch.spans.tolist(), strict=True)
     wheels = [[name, *short(span)] for name, span in spans if span[0] == span[0]]

@@ -20,9 +20,9 @@ EDGE = 1e-9  # radius of an edge, m
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
     """Solve ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for the connector's length b, m; or `InputError`."""
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
-        place = f"a pin circle of radius {pin_circle:.5g} m with {teeth} teeth"
+        circle = f"a pin circle of radius {pin_circle:.5g} m with {teeth} teeth"
         remedy = "shorten the link or enlarge sprocket.equal_pitch_radius"
-        raise InputError(f"chain.link_length = {link_length} m leaves no room for a connector on {place}; {remedy}")
+        raise InputError(f"chain.link_length = {link_length} m leaves no room for a connector on {circle}; {remedy}")
     return 2 * pin_circle * sin(rest)
 
 

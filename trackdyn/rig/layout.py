@@ -70,8 +70,8 @@ def belt_path(circles, names=None) -> BeltPath:
     wrap = (np.roll(heading, 1) - heading) % (2 * pi)
     if abs(wrap.sum() - 2 * pi) > 1e-9:
         worst = int(np.argmax(wrap))
-        place = f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m"
-        raise InputError(f"{place} would not touch the loop; {CONVEX_ORDER}")
+        untouched = f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m"
+        raise InputError(f"{untouched} would not touch the loop; {CONVEX_ORDER}")
     pieces = np.column_stack([wrap * circles[:, 2], np.sqrt(distance**2 - wider**2)]).ravel()
     return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
 

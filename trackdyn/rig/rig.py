@@ -234,8 +234,8 @@ class Rig(Section):
             size, equal = self.profile.size, self.sprocket.equal_pitch_radius
             if not 0.4 < size / equal < 2.5:
                 unit = ", not in mm" if 300 < size / equal < 3000 else ""
-                place = f"{size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is {equal:.4g} m"
-                raise InputError(f"profile lies {place}; its lengths must be in m{unit}")
+                where = f"{size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is {equal:.4g} m"
+                raise InputError(f"profile lies {where}; its lengths must be in m{unit}")
             return self.profile.groove(self.sprocket.teeth, self.chain.connector_radius)
         bodies = self.connector_length, self.chain.connector_radius, self.pin_circle
         return build_groove(self.groove, self.sprocket.teeth, *bodies)

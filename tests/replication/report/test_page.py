@@ -39,9 +39,9 @@ def test_every_figure_and_table_of_ours_is_shown_once(results, copy):
     items = (*builder.OWN, *builder.OF_STUDIES)
     for item in items:
         kind = "tables/table1.csv" if item.table else "figures/fig15.png"
-        place = (copy / kind).with_stem(item.key)
-        if not place.exists():
-            shutil.copy(results / kind, place)
+        copied = (copy / kind).with_stem(item.key)
+        if not copied.exists():
+            shutil.copy(results / kind, copied)
     page = of_paper(copy, studies=builder.STUDIES)
     heads = [re.sub("<.*?>", "", head).strip() for head in re.findall("<h3>(.*?)</h3>", page)]
     assert [item.key for item in items if heads.count(item.title) != 1] == ["lines"]

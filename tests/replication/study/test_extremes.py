@@ -85,7 +85,7 @@ def test_a_step_in_which_the_sprocket_turns_far_is_refused(rig, integrator):
     # chatter of friction at contacts heavier than reckoned with ended as a result that looked sound
     (100.0, "wheel_friction", 210.0, 0.05, ""), (80.0, "wheel_friction", 210.0, 0.05, "a residual of"),
     (120.0, "wheel_friction", 210.0, 0.05, "wheel friction returned 20 J"),
-    # normal contact gives back what it stored until the loop has turned: a slow rig was refused after 20 s
+    # normal contact returns stored energy until the loop has turned: a slow rig was refused after 20 s
     (120.0, "tooth_normal", 210.0, 5.0, ""), (120.0, "tooth_normal", 20.0, 20.0, ""),
     (120.0, "tooth_normal", 210.0, 20.0, "tooth normal returned 20 J"),
 ])  # fmt: skip
