@@ -22,7 +22,7 @@ def main() -> None:
     """Handle signals, then run the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave)
-    gc.set_threshold(10_000)  # imports make half a million objects, among which garbage is else sought 700 by 700
+    gc.set_threshold(10_000)  # imports create half a million objects; by default garbage is collected after every 700
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read about every installed package
     from trackdyn.commands.cli import main as run
 
