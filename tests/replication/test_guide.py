@@ -114,7 +114,7 @@ def test_every_task_of_the_guide_has_the_promised_effect(tmp_path, results, driv
     for name, anchor, added in TASKS:
         before = (copy / name).read_text(encoding="utf-8") if (copy / name).exists() else ""
         assert anchor in before, name
-        text = before.reanchor(anchor, added + anchor, 1) if anchor else before + added
+        text = before.replace(anchor, added + anchor, 1) if anchor else before + added
         (copy / name).write_text(text, encoding="utf-8")
 
     # a figure and a study: the run has them, and they are made
